@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/density.h"
+
+#include "bake/photon_map.h"
+#include "common/core/parallel.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kChunk = uint64_t{1} << 19;   // photons summed by one thread, whatever the thread count
+constexpr std::size_t kChunksAtOnce = 8;
+
+// What a landing leaves in a patch, summed in double.
+struct PatchSums {
+    std::vector<Vec3d> flux;
+    std::vector<double> squares;
+
+    void resize(std::size_t n) { flux.assign(n, Vec3d(0)), squares.assign(n, 0); }
+    void add(std::size_t patch, const Rgb& value) {
+        flux[patch] += Vec3d(value);
+        squares[patch] += double(mean_channel(value)) * double(mean_channel(value));
+    }
+    void add(const PatchSums& other) {
+        for (std::size_t i = 0; i < flux.size(); ++i) flux[i] += other.flux[i], squares[i] += other.squares[i];
+    }
+};
+
+// A landing as the `sphere` estimator keeps it.
+struct StoredPhoton {
+    Vec3 position;
+    Rgb flux;
+    FacingWeights facing;
+    Component component;
+};
+
+struct Chunk {
+    std::array<PatchSums, kComponentCount> sums;
+    std::vector<StoredPhoton> photons;
+    EnergyAccount account;
+};
+
+class Tracer {
+  public:
+    Tracer(const Scene& scene, const RayCaster& caster, const Cells& cells, const SurfaceCells& surface,
+           const LightSample& sample)
+        : scene_(scene), caster_(caster), cells_(cells), surface_(surface), sample_(sample) {}
+
+    Chunk trace(uint64_t begin, uint64_t end) const {
+        Chunk chunk;
+        if (scene_.grid.estimator == Estimator::area)
+            for (const Component c : scene_.bake.components) chunk.sums[int(c)].resize(cells_.patches.size());
+        const auto landed = [&](const Landing& landing) { deposit(landing, chunk); };
+        for (uint64_t photon = begin; photon < end; ++photon) {
+            RandomStream random(scene_.bake.seed, RandomPurpose::photons, stream(), photon);
+            trace_photon(scene_, caster_, scene_.lights[sample_.light], sample_.position, random, landed, chunk.account);
+        }
+        return chunk;
+    }
+
+  private:
+    uint32_t stream() const { return (uint32_t(sample_.light) << 20 ^ uint32_t(sample_.number)) & 0x3ffffff; }
+
+    void deposit(const Landing& landing, Chunk& chunk) const {
+        const Component component = landing.straight ? Component::direct : Component::indirect;
+        if (std::ranges::find(scene_.bake.components, component) == scene_.bake.components.end()) return;
+        Rgb flux = landing.flux;
+        if (scene_.bake.store == Store::absorbed) {
+            if (!landing.ends) return;
+            flux /= landing.chance_of_ending;
+        }
+        const SurfacePoint& s = landing.surface;
+        const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
+        if (!fine || !s.material->receives()) return;
+        const Index3 cell = cell_of_fine(*fine);
+        const auto* patches = cells_.index.find_cell(cell);
+        if (!patches) return;
+        if (!cells_.left_out.empty() && cells_.is_left_out(fragment_key(cells_.grid, s.triangle, s.side, *fine))) return;
+        const FacingWeights facing = facing_weights(cells_.grid, s.shading_normal);
+        if (scene_.grid.estimator == Estimator::sphere) {
+            chunk.photons.push_back({s.position, flux, facing, component});
+            return;
+        }
+        for (int f = 0; f < kFacingCount; ++f)
+            if (facing.weight[f] > 0 && (*patches)[f] >= 0)
+                chunk.sums[int(component)].add(std::size_t((*patches)[f]), flux * facing.weight[f]);
+    }
+
+    const Scene& scene_;
+    const RayCaster& caster_;
+    const Cells& cells_;
+    const SurfaceCells& surface_;
+    const LightSample& sample_;
+};
+
+// E = flux / area, per emitted photon.
+void densities_by_area(const Cells& cells, const PatchSums& sums, double photons, DensityVolume::PerComponent& out) {
+    for (std::size_t p = 0; p < cells.patches.size(); ++p) {
+        const double scale = 1 / (photons * double(cells.patches[p].area));
+        out.density.push_back(Rgb(sums.flux[p] * scale));
+        out.variance.push_back(float(sums.squares[p] * scale * scale));
+    }
+}
+
+// Area of all patches of each patch's cell.
+std::vector<double> areas_of_cells(const Cells& cells) {
+    std::vector<double> areas;
+    for (const Patch& patch : cells.patches) {
+        double sum = 0;
+        for (const int p : *cells.index.find_cell(patch.cell))
+            if (p >= 0) sum += cells.patches[p].area;
+        areas.push_back(sum);
+    }
+    return areas;
+}
+
+// E = flux within the sphere / (pi r²), as the thesis; with facings, that disk times the facing's share of the cell.
+void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vector<StoredPhoton>& photons,
+                         DensityVolume& volume) {
+    const double radius = scene.grid.radius.value_or(kDefaultRadius * cells.grid.cell_size);
+    std::vector<Vec3> positions;
+    for (const StoredPhoton& photon : photons) positions.push_back(photon.position);
+    const PhotonMap map(positions);
+    const std::vector<double> cell_area = areas_of_cells(cells);
+    for (const Component c : scene.bake.components) {
+        volume.components[int(c)].density.resize(cells.patches.size());
+        volume.components[int(c)].variance.resize(cells.patches.size());
+    }
+    for (std::size_t p = 0; p < cells.patches.size(); ++p) {
+        const Patch& patch = cells.patches[p];
+        std::array<PatchSums, kComponentCount> sums;
+        for (PatchSums& s : sums) s.resize(1);
+        for (const std::size_t i : map.within(cells.grid.centre(patch.cell), radius))
+            sums[int(photons[i].component)].add(0, photons[i].flux * photons[i].facing.weight[patch.facing]);
+        const double disk = double(kPi) * radius * radius * double(patch.area) / cell_area[p];
+        const double scale = 1 / (double(scene.bake.photons) * disk);
+        for (const Component c : scene.bake.components) {
+            volume.components[int(c)].density[p] = Rgb(sums[int(c)].flux[0] * scale);
+            volume.components[int(c)].variance[p] = float(sums[int(c)].squares[0] * scale * scale);
+        }
+    }
+}
+
+}  // namespace
+
+DensityVolume trace_density(const Scene& scene, const RayCaster& caster, const Cells& cells,
+                            const SurfaceCells& surface, const LightSample& sample) {
+    const Tracer tracer(scene, caster, cells, surface, sample);
+    const uint64_t photons = scene.bake.photons, chunk_count = (photons + kChunk - 1) / kChunk;
+    Chunk total;
+    for (uint64_t first = 0; first < chunk_count; first += kChunksAtOnce) {
+        std::vector<Chunk> chunks(std::min<uint64_t>(kChunksAtOnce, chunk_count - first));
+        parallel_for(chunks.size(), [&](std::size_t i) {
+            chunks[i] = tracer.trace((first + i) * kChunk, std::min(photons, (first + i + 1) * kChunk));
+        });
+        for (Chunk& chunk : chunks) {   // in order: the same sums at any thread count
+            total.account.add(chunk.account);
+            total.photons.insert(total.photons.end(), chunk.photons.begin(), chunk.photons.end());
+            for (int c = 0; c < kComponentCount; ++c) {
+                if (total.sums[c].flux.empty()) total.sums[c] = std::move(chunk.sums[c]);
+                else total.sums[c].add(chunk.sums[c]);
+            }
+        }
+    }
+    DensityVolume volume;
+    volume.account = total.account;
+    if (scene.grid.estimator == Estimator::sphere) {
+        densities_by_sphere(scene, cells, total.photons, volume);
+    } else {
+        for (const Component c : scene.bake.components)
+            densities_by_area(cells, total.sums[int(c)], double(photons), volume.components[int(c)]);
+    }
+    return volume;
+}
+
+}  // namespace pim

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/evaluate.h"
+
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "bake/bake.h"
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/core/log.h"
+#include "common/core/parallel.h"
+#include "common/core/progress.h"
+#include "common/map/baked_scene.h"
+#include "common/render/frame.h"
+#include "common/render/map_radiance.h"
+#include "common/render/path_radiance.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kSeed = 0x5eed;
+
+struct PixelAnswer {
+    Rgb map{0}, map_indirect{0};
+    std::array<Rgb, 2> reference{}, reference_indirect{};    // the two halves
+    bool surface = false;
+};
+
+// Sums over the pixels of one camera and lamp position.
+struct ErrorSums {
+    double error = 0, norm = 0, noise = 0;
+
+    void add(const Rgb& i, const std::array<Rgb, 2>& r) {
+        error += double((i - r[0]).dot(i - r[1]));
+        norm += double(r[0].dot(r[1]));
+        noise += double((r[0] - r[1]).dot(r[0] - r[1]));
+    }
+    double relative_error() const { return norm > 0 ? std::sqrt(std::max(0.0, error) / norm) : 0; }
+    double relative_noise() const { return norm > 0 ? 0.5 * std::sqrt(noise / norm) : 0; }
+};
+
+struct Position {
+    double relrmse = 0, indirect = 0, noise = 0;
+};
+
+double mean(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / double(v.size()); }
+
+// Half width of the 95 % confidence interval of the mean.
+double half_width(const std::vector<double>& v) {
+    if (v.size() < 2) return 0;
+    const double m = mean(v);
+    double squares = 0;
+    for (const double x : v) squares += (x - m) * (x - m);
+    const double n = double(v.size()), t = 1.96 + 2.4 / (n - 1) + 7 / ((n - 1) * (n - 1));   // Student's t, nearly
+    return t * std::sqrt(squares / (n * (n - 1)));
+}
+
+class Evaluation {
+  public:
+    Evaluation(const std::filesystem::path& map_file, const EvaluateOptions& options)
+        : options_(options), baked_(read_baked_scene(map_file, options.geometry)),
+          caster_(baked_.scene.geometry, InstructionSet::best), solids_(solids_of(baked_.scene)) {}
+
+    nlohmann::json run() {
+        Progress progress("comparing with path tracing", uint64_t(options_.lights));
+        for (int i = 0; i < options_.lights; ++i) {
+            positions_.push_back(evaluate_position(i));
+            progress.advance();
+        }
+        return summary();
+    }
+
+    double frame_seconds() {
+        const Camera& camera = baked_.scene.cameras[0];
+        std::vector<double> seconds;
+        for (int i = 0; i < 3; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            const Moment m = moment(place_lamps(i), true);
+            render_frame(camera, {.size = camera.size, .samples = 1},
+                         [&](const Ray& ray, RandomStream& random) { return map_radiance(m, ray, random); });
+            seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        }
+        std::ranges::sort(seconds);
+        return seconds[1];
+    }
+
+  private:
+    std::vector<LightState> place_lamps(int i) const {
+        std::vector<LightState> states;
+        for (std::size_t l = 0; l < baked_.scene.lights.size(); ++l) {
+            const Light& light = baked_.scene.lights[l];
+            RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(l), uint64_t(i));
+            Vec3 position = light.position;
+            for (int attempt = 0; attempt < 64; ++attempt) {
+                for (int axis = 0; axis < 3; ++axis)
+                    position[axis] = light.domain.min[axis] + (light.domain.max - light.domain.min)[axis] * random.next();
+                if (solids_.containing(position).empty()) break;
+            }
+            states.push_back({position, light.power});
+        }
+        return states;
+    }
+
+    Moment moment(const std::vector<LightState>& lamps, bool with_direct) const {
+        const bool baked_direct = baked_.map.has(Component::direct);
+        Moment m{.scene = baked_.scene, .caster = caster_, .map = baked_.map, .lights = lamps, .patch_values = {}};
+        m.direct = !with_direct ? DirectLight::none : baked_direct ? DirectLight::baked : DirectLight::traced;
+        m.indirect = baked_.map.has(Component::indirect);
+        m.shadow_samples = 64;
+        evaluate_patches(m);
+        return m;
+    }
+
+    Position evaluate_position(int i) {
+        const auto lamps = place_lamps(i);
+        const Moment whole = moment(lamps, true), indirect = moment(lamps, false);
+        const PathScene paths{baked_.scene, caster_, lamps};
+        Position result;
+        const auto& cameras = baked_.scene.cameras;
+        for (std::size_t c = 0; c < cameras.size(); ++c) {
+            ErrorSums all, indirect_only;
+            for (const PixelAnswer& p : answers(cameras[c], i * int(cameras.size()) + int(c), whole, indirect, paths)) {
+                if (!p.surface) continue;
+                all.add(p.map, p.reference);
+                indirect_only.add(p.map_indirect, p.reference_indirect);
+            }
+            result.relrmse += all.relative_error() / double(cameras.size());
+            result.indirect += indirect_only.relative_error() / double(cameras.size());
+            result.noise += all.relative_noise() / double(cameras.size());
+        }
+        return result;
+    }
+
+    // Stratified pixels of one camera; map and reference look along the same camera rays.
+    std::vector<PixelAnswer> answers(const Camera& camera, int view, const Moment& whole, const Moment& indirect,
+                                     const PathScene& paths) const {
+        const double wanted = std::max(16.0, double(options_.pixels) / double(baked_.scene.cameras.size()));
+        const double aspect = double(camera.size.x) / double(camera.size.y);
+        const int columns = std::max(1, int(std::lround(std::sqrt(wanted * aspect))));
+        const int rows = std::max(1, int(std::lround(wanted / columns)));
+        const CameraRays rays(camera, {columns, rows});
+        std::vector<PixelAnswer> pixels(std::size_t(columns) * rows);
+        parallel_for(pixels.size(), [&](std::size_t p) {
+            RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(view + 64), p);
+            const Ray ray = rays.through(float(int(p) % columns) + random.next(), float(int(p) / columns) + random.next());
+            PixelAnswer& pixel = pixels[p];
+            pixel.map = map_radiance(whole, ray, random);
+            pixel.map_indirect = map_radiance(indirect, ray, random);
+            const int half = std::max(1, options_.paths / 2);
+            for (int k = 0; k < 2 * half; ++k) {
+                RandomStream path_random(kSeed, RandomPurpose::reference, uint32_t(view), p << 20 | uint64_t(k));
+                const Seen seen = path_radiance(paths, ray, path_random);
+                pixel.surface = seen.surface;
+                pixel.reference[k & 1] += seen.total / float(half);
+                pixel.reference_indirect[k & 1] += seen.indirect / float(half);
+            }
+        });
+        return pixels;
+    }
+
+    nlohmann::json summary() const {
+        std::vector<double> all, indirect, noise;
+        for (const Position& p : positions_) all.push_back(p.relrmse), indirect.push_back(p.indirect), noise.push_back(p.noise);
+        std::vector<double> sorted = all;
+        std::ranges::sort(sorted);
+        const double p95 = sorted[std::size_t(std::ceil(0.95 * double(sorted.size()))) - 1];
+        nlohmann::json notes = nlohmann::json::array();
+        if (point_lamps_meet_specular(baked_.scene))
+            notes.push_back("point lamps shine on mirrors or glass: that part of their light cannot be found from the "
+                            "eye and is missing from the reference");
+        return {{"relrmse", mean(all)}, {"relrmse_indirect", mean(indirect)}, {"relrmse_p95", p95},
+                {"relrmse_per_position", all}, {"reference_noise", mean(noise)},
+                {"confidence", {{"relrmse", half_width(all)}, {"relrmse_indirect", half_width(indirect)}}},
+                {"notes", notes}};
+    }
+
+    EvaluateOptions options_;
+    BakedScene baked_;
+    RayCaster caster_;
+    Solids solids_;
+    std::vector<Position> positions_;
+};
+
+}  // namespace
+
+nlohmann::json evaluate_map(const std::filesystem::path& map_file, const EvaluateOptions& options) {
+    Evaluation evaluation(map_file, options);
+    nlohmann::json result = evaluation.run();
+    result["frame_seconds"] = evaluation.frame_seconds();
+    const auto run_file = WorkFolder::beside(map_file) / "run.json";
+    result["bake_seconds"] = nullptr;
+    if (std::filesystem::exists(run_file)) {
+        const auto run = nlohmann::json::parse(read_text(run_file), nullptr, false);
+        if (run.is_object() && run.contains("bake_seconds")) result["bake_seconds"] = run["bake_seconds"];
+    }
+    return result;
+}
+
+std::string evaluation_text(const nlohmann::json& e) {
+    std::string text = fmt::format(
+        "relative error {:.4f} ± {:.4f} (indirect part {:.4f} ± {:.4f}), 95 % of positions below {:.4f}\n"
+        "reference's own noise {:.4f}; frame {:.4f} s\n",
+        e["relrmse"].get<double>(), e["confidence"]["relrmse"].get<double>(), e["relrmse_indirect"].get<double>(),
+        e["confidence"]["relrmse_indirect"].get<double>(), e["relrmse_p95"].get<double>(),
+        e["reference_noise"].get<double>(), e["frame_seconds"].get<double>());
+    if (e["bake_seconds"].is_number()) text += fmt::format("baked in {:.1f} s\n", e["bake_seconds"].get<double>());
+    for (const auto& note : e["notes"]) text += "note: " + note.get<std::string>() + "\n";
+    return text;
+}
+
+}  // namespace pim

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/fragments.h"
+
+#include <cmath>
+#include <mutex>
+
+#include "common/core/parallel.h"
+
+namespace pim {
+namespace {
+
+using Polygon = std::vector<Vec3d>;
+
+// Parts of a convex polygon below and above a plane across an axis (Sutherland and Hodgman 1974).
+void split(const Polygon& polygon, int axis, double plane, Polygon& below, Polygon& above) {
+    below.clear();
+    above.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+        const double da = a[axis] - plane, db = b[axis] - plane;
+        if (da <= 0) below.push_back(a);
+        if (da >= 0) above.push_back(a);
+        if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
+            Vec3d cut = a + (b - a) * (da / (da - db));
+            cut[axis] = plane;
+            below.push_back(cut);
+            above.push_back(cut);
+        }
+    }
+}
+
+double polygon_area(const Polygon& p) {
+    Vec3d sum(0);
+    for (std::size_t i = 1; i + 1 < p.size(); ++i) sum += (p[i] - p[0]).cross(p[i + 1] - p[0]);
+    return 0.5 * sum.length();
+}
+
+class Cutter {
+  public:
+    Cutter(const Scene& scene, const SurfaceCells& cells, uint32_t triangle, std::vector<Fragment>& out)
+        : geometry_(scene.geometry), cells_(cells), grid_(cells.grid()), triangle_(triangle), out_(out) {}
+
+    void cut() {
+        const auto corners = geometry_.corners(triangle_);
+        const Polygon whole{Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
+        for (const Side side : {Side::front, Side::back}) {
+            side_ = side;
+            slice(whole, 0);
+        }
+    }
+
+  private:
+    void slice(const Polygon& polygon, int axis) {
+        if (polygon.size() < 3) return;
+        if (axis == 3) return finish(polygon);
+        if (const auto tie = cells_.tied(triangle_, side_, axis)) {
+            if (*tie < 0) return;
+            fine_[axis] = *tie;
+            return slice(polygon, axis + 1);
+        }
+        const double fine_size = grid_.cell_size / kFinePerCell, start = grid_.origin[axis];
+        const int last = grid_.size[axis] * kFinePerCell - 1;
+        double low = polygon[0][axis], high = low;
+        for (const Vec3d& p : polygon) low = std::min(low, p[axis]), high = std::max(high, p[axis]);
+        int first = int(std::floor((low - start) / fine_size));
+        Polygon rest = polygon, below, above;
+        if (first < 0) {
+            split(polygon, axis, start, below, rest);
+            first = 0;
+        }
+        for (int i = first; i <= last && rest.size() >= 3; ++i) {
+            const double plane = start + (i + 1) * fine_size;
+            fine_[axis] = i;
+            if (plane >= high) return slice(rest, axis + 1);
+            split(rest, axis, plane, below, above);
+            slice(below, axis + 1);
+            rest = above;
+        }
+    }
+
+    void finish(const Polygon& polygon) {
+        const double whole = polygon_area(polygon);
+        if (!(whole > 0)) return;
+        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), {}};
+        const auto& v = geometry_.triangles[triangle_].vertices;
+        if (geometry_.normals[v[0]] == Vec3(0)) {
+            add_facings(fragment, shading_normal(geometry_, triangle_, side_, 0, 0), whole);
+        } else {
+            for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
+                integrate_facings(fragment, {polygon[0], polygon[i], polygon[i + 1]});
+        }
+        out_.push_back(fragment);
+    }
+
+    // Three-point rule at the middles of the edges, exact for quadratics.
+    void integrate_facings(Fragment& fragment, const Polygon& part) {
+        const double third = polygon_area(part) / 3;
+        for (int i = 0; i < 3; ++i) {
+            const auto b = barycentric(0.5 * (part[i] + part[(i + 1) % 3]));
+            add_facings(fragment, shading_normal(geometry_, triangle_, side_, float(b.x), float(b.y)), third);
+        }
+    }
+
+    void add_facings(Fragment& fragment, const Vec3& normal, double part) {
+        const FacingWeights facing = facing_weights(grid_, normal);
+        for (int f = 0; f < kFacingCount; ++f) fragment.facing_area[f] += facing.weight[f] * float(part);
+    }
+
+    // Weights of the second and third corner.
+    Imath::V2d barycentric(const Vec3d& p) const {
+        const auto c = geometry_.corners(triangle_);
+        const Vec3d a(c[0]), e1 = Vec3d(c[1]) - a, e2 = Vec3d(c[2]) - a, d = p - a;
+        const double d11 = e1.dot(e1), d12 = e1.dot(e2), d22 = e2.dot(e2), q1 = d.dot(e1), q2 = d.dot(e2);
+        const double determinant = d11 * d22 - d12 * d12;
+        return {(d22 * q1 - d12 * q2) / determinant, (d11 * q2 - d12 * q1) / determinant};
+    }
+
+    const Geometry& geometry_;
+    const SurfaceCells& cells_;
+    const CellGrid& grid_;
+    uint32_t triangle_;
+    std::vector<Fragment>& out_;
+    Side side_ = Side::front;
+    Index3 fine_{0};
+};
+
+}  // namespace
+
+FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {
+    const Index3 cell = cell_of_fine(fine), in = fine - cell * kFinePerCell;
+    const uint64_t linear = (uint64_t(cell.x) * grid.size.y + cell.y) * grid.size.z + cell.z;
+    return {linear, triangle, uint8_t(((in.x * kFinePerCell + in.y) * kFinePerCell + in.z) * 2 + int(side))};
+}
+
+Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
+    const uint64_t yz = uint64_t(grid.size.y) * grid.size.z;
+    return {int(key.cell / yz), int(key.cell % yz / grid.size.z), int(key.cell % grid.size.z)};
+}
+
+std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells& cells) {
+    constexpr std::size_t kBlock = 1024;
+    const std::size_t count = scene.geometry.triangles.size(), blocks = (count + kBlock - 1) / kBlock;
+    std::vector<std::vector<Fragment>> parts(blocks);
+    parallel_for(blocks, [&](std::size_t block) {
+        for (std::size_t t = block * kBlock; t < std::min(count, (block + 1) * kBlock); ++t)
+            if (scene.materials[scene.geometry.triangles[t].material].receives())
+                Cutter(scene, cells, uint32_t(t), parts[block]).cut();
+    });
+    std::vector<Fragment> all;
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    std::ranges::sort(all, {}, &Fragment::key);
+    // A triangle that grazes the plane between two fine cells may be cut twice into one.
+    std::size_t kept = 0;
+    for (std::size_t i = 1; i < all.size(); ++i) {
+        if (all[i].key == all[kept].key) {
+            all[kept].area += all[i].area;
+            for (int f = 0; f < kFacingCount; ++f) all[kept].facing_area[f] += all[i].facing_area[f];
+        } else {
+            all[++kept] = all[i];
+        }
+    }
+    if (!all.empty()) all.resize(kept + 1);
+    return all;
+}
+
+}  // namespace pim

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scene's surface cut into fragments: fine cell × triangle × side.
+#pragma once
+
+#include <vector>
+
+#include "common/map/cell_grid.h"
+
+namespace pim {
+
+struct FragmentKey {
+    uint64_t cell;        // linear number in the grid, x slowest
+    uint32_t triangle;
+    uint8_t place;        // fine cell within the cell · 2 + side
+
+    auto operator<=>(const FragmentKey&) const = default;
+};
+
+struct Fragment {
+    FragmentKey key;
+    float area;                                         // m², exact but for rounding
+    std::array<float, kFacingCount> facing_area{};      // its share per facing, by the shading normals
+};
+
+FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);
+Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
+
+// All fragments of surfaces that hold irradiance, sorted by key. Surfaces beyond the grid are left out.
+std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells& cells);
+
+}  // namespace pim

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pim_version.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "bake/bake.h"
+#include "bake/evaluate.h"
+#include "bake/info.h"
+#include "bake/plan.h"
+#include "common/core/command_line.h"
+#include "common/core/error.h"
+
+namespace {
+
+using namespace pim;
+namespace fs = std::filesystem;
+
+struct Arguments {
+    CommonOptions common;
+    std::string input, part = "1/1";
+    std::string output;
+    uint64_t photons = 0;
+    bool overwrite = false, clean = false, json = false;
+    EvaluateOptions evaluate;
+    std::string geometry;
+};
+
+BakeOptions bake_options(const Arguments& a) {
+    BakeOptions options;
+    if (!a.output.empty()) options.output = a.output;
+    if (a.photons) options.photons = a.photons;
+    options.overwrite = a.overwrite;
+    options.clean = a.clean;
+    char slash = 0, extra = 0;
+    std::istringstream part(a.part);
+    if (!(part >> options.part >> slash >> options.parts) || slash != '/' || part >> extra || options.part < 1 ||
+        options.part > options.parts)
+        throw UsageError("--part: '" + a.part + "' is not K/N with 1 <= K <= N");
+    return options;
+}
+
+void print(const nlohmann::json& value, bool json, const std::function<std::string(const nlohmann::json&)>& text) {
+    std::cout << (json ? value.dump(2) + "\n" : text(value));
+}
+
+using Command = std::function<void(const Arguments&)>;
+
+CLI::App* add_command(CLI::App& app, Arguments& a, Command& chosen, const char* name, const char* what,
+                      const char* input, Command command) {
+    CLI::App* sub = app.add_subcommand(name, what);
+    sub->add_option(input, a.input)->required();
+    sub->callback([&chosen, command] { chosen = command; });
+    sub->fallthrough();
+    return sub;
+}
+
+void add_output_options(CLI::App* sub, Arguments& a) {
+    sub->add_option("-o,--output", a.output, "the map to write (default: the description's name with .vdb)");
+    sub->add_option("--photons", a.photons, "photons per lamp position, in place of the description's")
+        ->check(CLI::PositiveNumber);
+}
+
+Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
+    Command chosen;
+    app.set_version_flag("--version", std::string("bake ") + kVersion);
+    app.add_option("--threads", a.common.threads, "threads (default: all cores)")->check(CLI::Range(1, 4096));
+    app.add_flag("--quiet", a.common.quiet, "no progress, no messages but errors");
+    app.add_option("--log-level", a.common.log_level, "debug, info, warning, error or off");
+    app.require_subcommand(1);
+    app.fallthrough();
+
+    CLI::App* run = add_command(app, a, chosen, "run", "bake a scene; goes on where an earlier run stopped", "SCENE.toml",
+                                [](const Arguments& x) { bake_run(x.input, bake_options(x)); });
+    add_output_options(run, a);
+    run->add_flag("--overwrite", a.overwrite, "begin anew, whatever an earlier run left");
+    run->add_flag("--clean", a.clean, "remove the work folder at the end");
+
+    CLI::App* trace = add_command(app, a, chosen, "trace", "trace one part of the lamp positions, for a farm", "SCENE.toml",
+                                  [](const Arguments& x) { bake_trace(x.input, bake_options(x)); });
+    add_output_options(trace, a);
+    trace->add_option("--part", a.part, "K/N: the K-th of N parts");
+
+    CLI::App* fit = add_command(app, a, chosen, "fit", "fit what has been traced", "SCENE.toml",
+                                [](const Arguments& x) { bake_fit(x.input, bake_options(x)); });
+    add_output_options(fit, a);
+
+    CLI::App* plan = add_command(app, a, chosen, "plan", "what a bake would do and cost", "SCENE.toml",
+                                 [](const Arguments& x) { print(plan_bake(x.input), x.json, plan_text); });
+    plan->add_flag("--json", a.json, "as JSON");
+
+    CLI::App* info = add_command(app, a, chosen, "info", "what a baked file holds", "FILE.vdb",
+                                 [](const Arguments& x) { print(map_info(x.input), x.json, info_text); });
+    info->add_flag("--json", a.json, "as JSON");
+
+    CLI::App* evaluate = add_command(app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing",
+                                     "FILE.vdb", [](const Arguments& x) {
+                                         EvaluateOptions options = x.evaluate;
+                                         if (!x.geometry.empty()) options.geometry = x.geometry;
+                                         print(evaluate_map(x.input, options), x.json, evaluation_text);
+                                     });
+    evaluate->add_option("--lights", a.evaluate.lights, "lamp positions")->check(CLI::Range(1, 100000))->capture_default_str();
+    evaluate->add_option("--pixels", a.evaluate.pixels, "pixels per position")->check(CLI::Range(16, 1000000))->capture_default_str();
+    evaluate->add_option("--paths", a.evaluate.paths, "reference paths per pixel")->check(CLI::Range(2, 1 << 20))->capture_default_str();
+    evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
+    evaluate->add_flag("--json", a.json, "as JSON");
+    app.parse(argc, argv);
+    return chosen;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{"bake: photons for many lamp positions, fitted to a polynomial illumination map"};
+    Arguments arguments;
+    Command command;
+    try {
+        command = parse(app, arguments, argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kExitDone : kExitUsage;
+    }
+    return run_program(arguments.common, [&] { command(arguments); });
+}

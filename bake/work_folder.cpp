@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/work_folder.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/map/map_file.h"
+
+namespace pim {
+namespace fs = std::filesystem;
+namespace {
+
+std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
+
+std::string light_text(const Light& light) {
+    const RectangleShape* r = light.rectangle();
+    return fmt::format("light {} {} domain {} to {} position {}\n", light.name,
+                       r ? fmt::format("rectangle {:.9g} {:.9g} {}", r->size.x, r->size.y, text(r->normal)) : "point",
+                       text(light.domain.min), text(light.domain.max), text(light.position));
+}
+
+std::string pack(const std::vector<FragmentKey>& keys) {
+    std::string bytes;
+    for (const FragmentKey& k : keys) {
+        char record[13];
+        std::memcpy(record, &k.cell, 8);
+        std::memcpy(record + 8, &k.triangle, 4);
+        record[12] = char(k.place);
+        bytes.append(record, sizeof record);
+    }
+    return bytes;
+}
+
+std::vector<FragmentKey> unpack(const std::string& bytes) {
+    std::vector<FragmentKey> keys(bytes.size() / 13);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        std::memcpy(&keys[i].cell, &bytes[13 * i], 8);
+        std::memcpy(&keys[i].triangle, &bytes[13 * i + 8], 4);
+        keys[i].place = uint8_t(bytes[13 * i + 12]);
+    }
+    return keys;
+}
+
+void check_settings(const VdbReader& file, const std::string& settings, const fs::path& path) {
+    if (file.text("settings") != settings)
+        throw Error(fmt::format("{}: was made with other settings or another scene; bake with --overwrite, or to "
+                                "another file with -o", path.string()));
+}
+
+std::string stem_of(Component component, const CellGrid& grid, int facing) {
+    return fmt::format("{}/{}", name(component), facing_name(grid, facing));
+}
+
+}  // namespace
+
+std::string trace_settings(const Scene& s, const RayCaster& caster) {
+    const auto* count = std::get_if<CellCount>(&s.grid.resolution);
+    std::string out = fmt::format("geometry {}\n", s.geometry_hash);
+    out += count ? fmt::format("cells {}\n", count->longest)
+                 : fmt::format("cell_size {:.17g}\n", std::get<CellSize>(s.grid.resolution).metres);
+    if (s.grid.bounds) out += fmt::format("bounds {} to {}\n", text(s.grid.bounds->min), text(s.grid.bounds->max));
+    out += fmt::format("facings {} estimator {} radius {:.17g} reachable {}\n", s.grid.facings, int(s.grid.estimator),
+                       s.grid.radius.value_or(0), s.grid.reachable_area_only);
+    out += fmt::format("photons {} store {} seed {} rays {}\n", s.bake.photons, int(s.bake.store), s.bake.seed,
+                       caster.instruction_set());
+    for (const Component c : s.bake.components) out += fmt::format("component {}\n", name(c));
+    for (const Light& light : s.lights) out += light_text(light);
+    return out;
+}
+
+WorkFolder::WorkFolder(fs::path path, std::string settings, const Vec3d& origin)
+    : path_(std::move(path)), settings_(std::move(settings)), origin_(origin) {
+    std::error_code problem;
+    fs::create_directories(path_, problem);
+    if (problem) throw Error(fmt::format("{}: the work folder cannot be created: {}", path_.string(), problem.message()));
+}
+
+fs::path WorkFolder::beside(const fs::path& map_file) { return map_file.string() + ".work"; }
+
+std::optional<Cells> WorkFolder::read_cells() const {
+    const fs::path path = path_ / "cells.vdb";
+    if (!fs::exists(path)) return std::nullopt;
+    const VdbReader file(path);
+    check_settings(file, settings_, path);
+    Cells cells;
+    cells.grid = {file.vector("grid_local_corner"), file.number("grid_cell_size"), Index3(file.vector("grid_size")),
+                  file.number("grid_facings") != 0};
+    for (int f = 0; f < kFacingCount; ++f) {
+        const std::string grid = "area/" + facing_name(cells.grid, f);
+        if (!file.has(grid) || (f > 0 && !cells.grid.facings)) continue;
+        const auto active = file.active_cells(grid);
+        const auto areas = file.values(grid, active, 1);
+        for (std::size_t i = 0; i < active.size(); ++i) cells.patches.push_back({active[i], f, areas[i]});
+    }
+    std::ranges::sort(cells.patches, patch_before);
+    cells.index = PatchIndex(cells.grid, cells.patches);
+    cells.left_out = unpack(file.text("left_out_fragments"));
+    cells.surface_area = file.number("surface_area");
+    cells.counted_area = file.number("counted_area");
+    cells.undecided_area = file.number("undecided_area");
+    cells.deciding_photons = uint64_t(file.number("deciding_photons"));
+    return cells;
+}
+
+void WorkFolder::write_cells(const Cells& cells) const {
+    VdbMetadata m;
+    m["settings"] = settings_;
+    m["grid_local_corner"] = cells.grid.origin;
+    m["grid_cell_size"] = cells.grid.cell_size;
+    m["grid_size"] = Vec3d(cells.grid.size);
+    m["grid_facings"] = double(cells.grid.facings);
+    m["left_out_fragments"] = pack(cells.left_out);
+    m["surface_area"] = cells.surface_area;
+    m["counted_area"] = cells.counted_area;
+    m["undecided_area"] = cells.undecided_area;
+    m["deciding_photons"] = double(cells.deciding_photons);
+    const auto facings = cells_by_facing(cells.patches);
+    const int grids = int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
+    write_atomically(path_ / "cells.vdb", [&](const fs::path& temporary) {
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), grids);
+        for (int f = 0; f < kFacingCount; ++f) {
+            if (facings[f].cells.empty()) continue;
+            std::vector<float> areas;
+            for (const uint32_t p : facings[f].patches) areas.push_back(cells.patches[p].area);
+            writer.add("area/" + facing_name(cells.grid, f), facings[f].cells, areas, 1);
+        }
+        writer.finish();
+    });
+}
+
+fs::path WorkFolder::file_of(const Scene& scene, const LightSample& sample) const {
+    return path_ / fmt::format("{}.{:06}.vdb", scene.lights[sample.light].name, sample.number);
+}
+
+bool WorkFolder::has(const Scene& scene, const LightSample& sample) const {
+    const fs::path path = file_of(scene, sample);
+    if (!fs::exists(path)) return false;
+    const VdbReader file(path);
+    check_settings(file, settings_, path);
+    return Vec3(file.vector("local_position")) == sample.position;
+}
+
+void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample& sample,
+                       const DensityVolume& volume) const {
+    const EnergyAccount& a = volume.account;
+    VdbMetadata m;
+    m["settings"] = settings_;
+    m["light"] = scene.lights[sample.light].name;
+    m["sample"] = int64_t{sample.number};
+    m["position"] = scene.geometry.to_world(sample.position);
+    m["local_position"] = Vec3d(sample.position);
+    m["seed"] = int64_t(scene.bake.seed);
+    m["photons_emitted"] = double(a.emitted), m["photons_absorbed"] = double(a.absorbed);
+    m["photons_escaped"] = double(a.escaped), m["photons_cut_off"] = double(a.cut_off);
+    m["flux_absorbed"] = a.absorbed_flux, m["flux_escaped"] = a.escaped_flux, m["flux_cut_off"] = a.cut_off_flux;
+    m["flux_normals"] = a.normals_flux, m["flux_squared"] = a.squared_flux;
+    const auto facings = cells_by_facing(cells.patches);
+    const int used = int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
+    write_atomically(file_of(scene, sample), [&](const fs::path& temporary) {
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used * int(scene.bake.components.size()));
+        for (const Component c : scene.bake.components)
+            for (int f = 0; f < kFacingCount; ++f) {
+                if (facings[f].cells.empty()) continue;
+                std::vector<float> density, variance;
+                for (const uint32_t p : facings[f].patches) {
+                    const Rgb& d = volume.components[int(c)].density[p];
+                    density.insert(density.end(), {d.x, d.y, d.z});
+                    variance.push_back(volume.components[int(c)].variance[p]);
+                }
+                writer.add(stem_of(c, cells.grid, f) + "/density", facings[f].cells, density, 3);
+                writer.add(stem_of(c, cells.grid, f) + "/variance", facings[f].cells, variance, 1);
+            }
+        writer.finish();
+    });
+}
+
+std::vector<float> WorkFolder::read_density(const Scene& scene, const Cells& cells, const LightSample& sample,
+                                            Component component) const {
+    const fs::path path = file_of(scene, sample);
+    const VdbReader file(path);
+    check_settings(file, settings_, path);
+    std::vector<float> values(cells.patches.size() * 3);
+    const auto facings = cells_by_facing(cells.patches);
+    for (int f = 0; f < kFacingCount; ++f) {
+        if (facings[f].cells.empty()) continue;
+        const auto own = file.values(stem_of(component, cells.grid, f) + "/density", facings[f].cells, 3);
+        for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
+            std::copy_n(&own[3 * i], 3, &values[3 * std::size_t(facings[f].patches[i])]);
+    }
+    return values;
+}
+
+EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sample) const {
+    const VdbReader file(file_of(scene, sample));
+    EnergyAccount a;
+    a.emitted = uint64_t(file.number("photons_emitted")), a.absorbed = uint64_t(file.number("photons_absorbed"));
+    a.escaped = uint64_t(file.number("photons_escaped")), a.cut_off = uint64_t(file.number("photons_cut_off"));
+    a.absorbed_flux = file.vector("flux_absorbed"), a.escaped_flux = file.vector("flux_escaped");
+    a.cut_off_flux = file.vector("flux_cut_off"), a.normals_flux = file.vector("flux_normals");
+    a.squared_flux = file.vector("flux_squared");
+    return a;
+}
+
+nlohmann::json WorkFolder::read_run() const {
+    const fs::path path = path_ / "run.json";
+    return fs::exists(path) ? nlohmann::json::parse(read_text(path), nullptr, false) : nlohmann::json::object();
+}
+
+void WorkFolder::write_run(const nlohmann::json& run) const { write_text_atomically(path_ / "run.json", run.dump(2) + "\n"); }
+
+void WorkFolder::remove() const {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+}
+
+}  // namespace pim

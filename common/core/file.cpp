@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/core/file.h"
+
+#include <OpenImageIO/hash.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/error.h"
+
+namespace pim {
+namespace fs = std::filesystem;
+namespace {
+
+void sync(const fs::path& path, int flags) {
+    const int descriptor = ::open(path.c_str(), flags);
+    if (descriptor < 0) throw Error(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+    const int failed = ::fsync(descriptor);
+    ::close(descriptor);
+    if (failed) throw Error(fmt::format("{}: cannot be written to disk: {}", path.string(), std::strerror(errno)));
+}
+
+}  // namespace
+
+void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder))
+        throw Error(fmt::format("{}: the folder {} does not exist; create it first", path.string(), folder.string()));
+    const fs::path temporary =
+        folder / fmt::format("{}.{}.tmp{}", path.stem().string(), ::getpid(), path.extension().string());
+    try {
+        write(temporary);
+        sync(temporary, O_RDONLY);
+        fs::rename(temporary, path);
+        sync(folder, O_RDONLY | O_DIRECTORY);
+    } catch (const fs::filesystem_error& e) {
+        std::error_code ignored;
+        fs::remove(temporary, ignored);
+        throw Error(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
+    } catch (...) {
+        std::error_code ignored;
+        fs::remove(temporary, ignored);
+        throw;
+    }
+}
+
+void write_text_atomically(const fs::path& path, const std::string& text) {
+    write_atomically(path, [&](const fs::path& temporary) {
+        std::ofstream stream(temporary, std::ios::binary);
+        if (!(stream << text).flush()) throw Error(fmt::format("{}: cannot be written", path.string()));
+    });
+}
+
+std::string read_text(const fs::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    std::ostringstream text;
+    if (fs::is_directory(path) || !stream || !(text << stream.rdbuf()))
+        throw Error(fmt::format("{}: cannot be read; is the path right?", path.string()));
+    return text.str();
+}
+
+void ContentHash::feed(const void* data, std::size_t bytes) {
+    low_ = OIIO::xxhash::xxhash(data, bytes, low_);
+    high_ = OIIO::xxhash::xxhash(data, bytes, high_ ^ 0x9E3779B97F4A7C15ull);
+}
+
+std::string ContentHash::hex() const { return fmt::format("{:016x}{:016x}", high_, low_); }
+
+}  // namespace pim

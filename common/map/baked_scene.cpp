@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/map/baked_scene.h"
+
+#include <fmt/format.h>
+
+#include "common/core/error.h"
+#include "common/map/map_file.h"
+#include "common/scene/scene_file.h"
+
+namespace pim {
+
+BakedScene read_baked_scene(const std::filesystem::path& map_file,
+                            const std::optional<std::filesystem::path>& geometry) {
+    BakedScene baked{read_map(map_file), {}};
+    const std::filesystem::path folder = map_file.parent_path();
+    const std::filesystem::path geometry_file = geometry.value_or(folder / baked.map.geometry_path);
+    if (!std::filesystem::exists(geometry_file))
+        throw Error(fmt::format("{}: its geometry {} is not there; give the file's place with --geometry",
+                                map_file.string(), geometry_file.string()));
+    baked.scene = read_scene_text(baked.map.description, map_file.string() + " (description)", folder,
+                                  {.photons = {}, .geometry = geometry_file});
+    if (baked.scene.geometry_hash != baked.map.geometry_hash)
+        throw Error(fmt::format("{}: was baked from another geometry than {} holds now; bake again or give the right "
+                                "file with --geometry", map_file.string(), geometry_file.string()));
+    return baked;
+}
+
+}  // namespace pim

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/map/irradiance.h"
+
+#include <cmath>
+
+namespace pim {
+
+Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,
+                  const Vec3& normal) {
+    const FacingWeights facing = facing_weights(map.grid, normal);
+    const Vec3d place = (Vec3d(position) - map.grid.origin) / map.grid.cell_size - Vec3d(0.5);
+    const Index3 low(int(std::floor(place.x)), int(std::floor(place.y)), int(std::floor(place.z)));
+    const Vec3 f(place - Vec3d(low));
+    std::array<Rgb, kFacingCount> flux{};
+    std::array<float, kFacingCount> area{};
+    for (int corner = 0; corner < 8; ++corner) {
+        const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
+        const auto* patches = map.index.find_cell(low + step);
+        if (!patches) continue;
+        const float t = (step.x ? f.x : 1 - f.x) * (step.y ? f.y : 1 - f.y) * (step.z ? f.z : 1 - f.z);
+        for (int k = 0; k < kFacingCount; ++k) {
+            const int patch = (*patches)[k];
+            if (patch < 0 || !(facing.weight[k] > 0)) continue;
+            const float weighted = t * map.patches[patch].area;
+            area[k] += weighted;
+            flux[k] += values[patch] * weighted;
+        }
+    }
+    Rgb sum(0);
+    float weights = 0;
+    for (int k = 0; k < kFacingCount; ++k) {
+        if (!(area[k] > 0)) continue;
+        sum += flux[k] * (facing.weight[k] / area[k]);
+        weights += facing.weight[k];
+    }
+    return weights > 0 ? sum / weights : Rgb(0);
+}
+
+}  // namespace pim

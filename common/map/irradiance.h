@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Irradiance at a point of a surface from the patches around it.
+#pragma once
+
+#include "common/map/illumination_map.h"
+
+namespace pim {
+
+// Around `position` (local) stand eight cell centres; for each facing f of `normal`,
+//     E_f = sum_i t_i A_i E_i / sum_i t_i A_i,
+// t_i the trilinear weight of cell i and A_i the area of its patch of facing f; then E = sum_f w_f E_f / sum_f w_f
+// over the facings that exist here, w_f from facing_weights(normal). Cells without surface never count; 0 if all of
+// the eight are such. `values` holds one colour per patch.
+Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position, const Vec3& normal);
+
+}  // namespace pim

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/map/map_file.h"
+
+#include <fmt/format.h>
+#include <pim_version.h>
+
+#include <algorithm>
+#include <set>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+
+namespace pim {
+namespace {
+
+std::string term_grid(const std::string& stem, int term) { return fmt::format("{}/a{:02}", stem, term); }
+
+std::string stem_of(const std::string& light, std::size_t box, Component component, const std::string& facing) {
+    return fmt::format("{}/b{}/{}/{}", light, box, name(component), facing);
+}
+
+struct GridToWrite {
+    std::string name;
+    std::vector<float> values;
+    int channels;
+};
+
+// Values of one term at the patches of one facing.
+GridToWrite term_values(const IlluminationMap& map, const std::string& grid_name, const Polynomials& p,
+                        std::size_t term_place, const FacingCells& facing) {
+    GridToWrite grid{grid_name, {}, map.grey ? 1 : 3};
+    for (const uint32_t patch : facing.patches)
+        for (int c = 0; c < grid.channels; ++c)
+            grid.values.push_back(p.coefficients[(patch * p.terms.size() + term_place) * 3 + c]);
+    return grid;
+}
+
+bool all_zero(const std::vector<float>& values) {
+    return std::ranges::all_of(values, [](float v) { return v == 0; });
+}
+
+// Calls visit(grid, facing) for every grid that is written of a map, in order.
+template <class Visit>
+void for_each_grid(const IlluminationMap& map, Visit visit) {
+    const auto facings = cells_by_facing(map.patches);
+    for (int f = 0; f < kFacingCount; ++f) {
+        if (facings[f].cells.empty()) continue;
+        const std::string facing = facing_name(map.grid, f);
+        GridToWrite area{"area/" + facing, {}, 1};
+        for (const uint32_t patch : facings[f].patches) area.values.push_back(map.patches[patch].area);
+        visit(area, facings[f]);
+        for (const MapLight& light : map.lights)
+            for (std::size_t b = 0; b < light.boxes.size(); ++b)
+                for (const Component component : map.components) {
+                    const Polynomials& p = *light.polynomials[b][int(component)];
+                    const std::string stem = stem_of(light.name, b, component, facing);
+                    for (std::size_t t = 0; t < p.terms.size(); ++t) {
+                        const GridToWrite grid = term_values(map, term_grid(stem, p.terms[t]), p, t, facings[f]);
+                        if (p.terms[t] == kConstantTerm || !all_zero(grid.values)) visit(grid, facings[f]);
+                    }
+                    GridToWrite residual{stem + "/residual", {}, 1};
+                    for (const uint32_t patch : facings[f].patches) residual.values.push_back(p.residuals[patch]);
+                    visit(residual, facings[f]);
+                }
+    }
+}
+
+std::string join(const std::vector<std::string>& lines) {
+    std::string text;
+    for (const std::string& line : lines) text += line + "\n";
+    return text;
+}
+
+std::vector<std::string> split(const std::string& text) {
+    std::vector<std::string> lines;
+    for (std::size_t start = 0; start < text.size();) {
+        const std::size_t end = text.find('\n', start);
+        lines.push_back(text.substr(start, end - start));
+        start = end == std::string::npos ? text.size() : end + 1;
+    }
+    return lines;
+}
+
+VdbMetadata metadata_of(const IlluminationMap& map, const Vec3d& origin, const std::vector<std::string>& grids) {
+    VdbMetadata m;
+    m["format_version"] = int64_t{kFormatVersion};
+    m["program_version"] = std::string(kVersion);
+    m["scene"] = map.description;
+    m["geometry"] = map.geometry_path;
+    m["geometry_hash"] = map.geometry_hash;
+    m["origin"] = origin;
+    m["grid_corner"] = map.grid.origin + origin;
+    m["grid_local_corner"] = map.grid.origin;
+    m["grid_cell_size"] = map.grid.cell_size;
+    m["grid_size"] = Vec3d(map.grid.size);
+    m["grid_facings"] = int64_t{map.grid.facings};
+    m["grey"] = int64_t{map.grey};
+    std::vector<std::string> components, lights;
+    for (const Component c : map.components) components.push_back(name(c));
+    for (const MapLight& light : map.lights) {
+        lights.push_back(light.name);
+        const std::string key = "light/" + light.name + "/";
+        m[key + "domain_min"] = Vec3d(light.domain.min);
+        m[key + "domain_max"] = Vec3d(light.domain.max);
+        m[key + "boxes"] = double(light.boxes.size());
+        for (std::size_t b = 0; b < light.boxes.size(); ++b) {
+            const std::string box_key = fmt::format("{}b{}/", key, b);
+            m[box_key + "centre"] = light.boxes[b].centre;
+            m[box_key + "half"] = light.boxes[b].half;
+            m[box_key + "overlap_low"] = light.boxes[b].overlap_low;
+            m[box_key + "overlap_high"] = light.boxes[b].overlap_high;
+            m[box_key + "samples"] = double(light.fits[b].samples);
+            m[box_key + "rank"] = double(light.fits[b].rank);
+            m[box_key + "condition_number"] = light.fits[b].condition_number;
+            std::string terms;
+            for (const int term : light.polynomials[b][int(map.components[0])]->terms) terms += fmt::format("a{:02}\n", term);
+            m[box_key + "terms"] = terms;
+        }
+    }
+    m["components"] = join(components);
+    m["lights"] = join(lights);
+    m["grids"] = join(grids);
+    m["left_out"] = join(map.left_out);
+    return m;
+}
+
+MapBox read_box(const VdbReader& file, const std::string& key) {
+    return {file.vector(key + "centre"), file.vector(key + "half"), file.vector(key + "overlap_low"),
+            file.vector(key + "overlap_high")};
+}
+
+Polynomials read_polynomials(const VdbReader& file, const IlluminationMap& map, const std::vector<int>& terms,
+                             const std::string& light, std::size_t box, Component component) {
+    Polynomials p{terms, {}, {}};
+    p.coefficients.resize(map.patches.size() * terms.size() * 3);
+    p.residuals.resize(map.patches.size());
+    const auto facings = cells_by_facing(map.patches);
+    for (int f = 0; f < kFacingCount; ++f) {
+        if (facings[f].cells.empty()) continue;
+        const std::string stem = stem_of(light, box, component, facing_name(map.grid, f));
+        for (std::size_t t = 0; t < terms.size(); ++t) {
+            if (!file.has(term_grid(stem, terms[t]))) continue;   // checked against the list: all zero
+            const auto values = file.values(term_grid(stem, terms[t]), facings[f].cells, 3);
+            for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
+                std::copy_n(&values[3 * i], 3, &p.coefficients[(facings[f].patches[i] * terms.size() + t) * 3]);
+        }
+        const auto residuals = file.values(stem + "/residual", facings[f].cells, 1);
+        for (std::size_t i = 0; i < residuals.size(); ++i) p.residuals[facings[f].patches[i]] = residuals[i];
+    }
+    return p;
+}
+
+MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std::string& light_name) {
+    const std::string key = "light/" + light_name + "/";
+    MapLight light;
+    light.name = light_name;
+    light.domain = Box3(Vec3(file.vector(key + "domain_min")), Vec3(file.vector(key + "domain_max")));
+    for (std::size_t b = 0; b < std::size_t(file.number(key + "boxes")); ++b) {
+        const std::string box_key = fmt::format("{}b{}/", key, b);
+        light.boxes.push_back(read_box(file, box_key));
+        light.fits.push_back({int(file.number(box_key + "samples")), int(file.number(box_key + "rank")),
+                              file.number(box_key + "condition_number")});
+        std::vector<int> terms;
+        for (const std::string& term : split(file.text(box_key + "terms"))) terms.push_back(std::stoi(term.substr(1)));
+        auto& polynomials = light.polynomials.emplace_back();
+        for (const Component c : map.components)
+            polynomials[int(c)] = read_polynomials(file, map, terms, light_name, b, c);
+    }
+    return light;
+}
+
+void check_complete(const VdbReader& file, const std::filesystem::path& path) {
+    const auto version = file.metadata().find("format_version");
+    if (version == file.metadata().end())
+        throw Error(fmt::format("{}: is an OpenVDB file, but no map that `bake` made", path.string()));
+    if (std::get<int64_t>(version->second) != kFormatVersion)
+        throw Error(fmt::format("{}: has format version {}, this program reads {}; bake it again", path.string(),
+                                std::get<int64_t>(version->second), kFormatVersion));
+    for (const std::string& grid : split(file.text("grids")))
+        if (!file.has(grid)) throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), grid));
+}
+
+void read_patches(const VdbReader& file, IlluminationMap& map) {
+    for (int f = 0; f < (map.grid.facings ? kFacingCount : 1); ++f) {
+        const std::string area = "area/" + facing_name(map.grid, f);
+        if (!file.has(area)) continue;
+        const auto cells = file.active_cells(area);
+        const auto areas = file.values(area, cells, 1);
+        for (std::size_t i = 0; i < cells.size(); ++i) map.patches.push_back({cells[i], f, areas[i]});
+    }
+    std::ranges::sort(map.patches, patch_before);
+    map.index = PatchIndex(map.grid, map.patches);
+}
+
+}  // namespace
+
+std::array<FacingCells, kFacingCount> cells_by_facing(const std::vector<Patch>& patches) {
+    std::array<FacingCells, kFacingCount> facings;
+    for (uint32_t p = 0; p < patches.size(); ++p) {
+        facings[patches[p].facing].patches.push_back(p);
+        facings[patches[p].facing].cells.push_back(patches[p].cell);
+    }
+    return facings;
+}
+
+VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin) {
+    return {origin + grid.centre({0, 0, 0}), grid.cell_size};
+}
+
+void write_map(const std::filesystem::path& path, const IlluminationMap& map, const Vec3d& origin) {
+    std::vector<std::string> grids;
+    for_each_grid(map, [&](const GridToWrite& grid, const FacingCells&) { grids.push_back(grid.name); });
+    write_atomically(path, [&](const std::filesystem::path& temporary) {
+        VdbWriter writer(temporary, metadata_of(map, origin, grids), transform_of(map.grid, origin), int(grids.size()));
+        for_each_grid(map, [&](const GridToWrite& grid, const FacingCells& facing) {
+            writer.add(grid.name, facing.cells, grid.values, grid.channels);
+        });
+        writer.finish();
+    });
+}
+
+IlluminationMap read_map(const std::filesystem::path& path) {
+    const VdbReader file(path);
+    check_complete(file, path);
+    IlluminationMap map;
+    map.grid.origin = file.vector("grid_local_corner");
+    map.grid.cell_size = file.number("grid_cell_size");
+    map.grid.size = Index3(file.vector("grid_size"));
+    map.grid.facings = std::get<int64_t>(file.metadata().at("grid_facings")) != 0;
+    map.grey = std::get<int64_t>(file.metadata().at("grey")) != 0;
+    map.description = file.text("scene");
+    map.geometry_path = file.text("geometry");
+    map.geometry_hash = file.text("geometry_hash");
+    map.left_out = split(file.text("left_out"));
+    for (const std::string& component : split(file.text("components")))
+        map.components.push_back(component == name(Component::direct) ? Component::direct : Component::indirect);
+    read_patches(file, map);
+    for (const std::string& light : split(file.text("lights"))) map.lights.push_back(read_light(file, map, light));
+    return map;
+}
+
+}  // namespace pim

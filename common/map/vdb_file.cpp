@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/map/vdb_file.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/openvdb.h>
+
+#include <fstream>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+
+namespace pim {
+namespace {
+
+using openvdb::FloatGrid;
+using openvdb::Vec3SGrid;
+
+constexpr std::size_t kIdentifierStart = 21, kIdentifierLength = 36;
+
+void initialise() {
+    static const bool once = [] {
+        openvdb::initialize();
+        return true;
+    }();
+    (void)once;
+}
+
+openvdb::Coord to_coord(const Index3& c) { return {c.x, c.y, c.z}; }
+
+openvdb::MetaMap to_openvdb(const VdbMetadata& metadata) {
+    openvdb::MetaMap map;
+    for (const auto& [key, value] : metadata) {
+        if (const auto* text = std::get_if<std::string>(&value)) map.insertMeta(key, openvdb::StringMetadata(*text));
+        if (const auto* number = std::get_if<double>(&value)) map.insertMeta(key, openvdb::DoubleMetadata(*number));
+        if (const auto* count = std::get_if<int64_t>(&value)) map.insertMeta(key, openvdb::Int64Metadata(*count));
+        if (const auto* v = std::get_if<Vec3d>(&value))
+            map.insertMeta(key, openvdb::Vec3DMetadata(openvdb::Vec3d(v->x, v->y, v->z)));
+    }
+    return map;
+}
+
+VdbMetadata from_openvdb(const openvdb::MetaMap& map) {
+    VdbMetadata metadata;
+    for (auto it = map.beginMeta(); it != map.endMeta(); ++it) {
+        const openvdb::Metadata& value = *it->second;
+        if (value.typeName() == "string") metadata[it->first] = map.metaValue<std::string>(it->first);
+        if (value.typeName() == "double") metadata[it->first] = map.metaValue<double>(it->first);
+        if (value.typeName() == "int64") metadata[it->first] = map.metaValue<int64_t>(it->first);
+        if (value.typeName() == "vec3d") {
+            const auto v = map.metaValue<openvdb::Vec3d>(it->first);
+            metadata[it->first] = Vec3d(v.x(), v.y(), v.z());
+        }
+    }
+    return metadata;
+}
+
+// OpenVDB's own writer wants all grids of a file alive at once; its parts, called in the same order, do not.
+class GridStream : public openvdb::io::Archive {
+  public:
+    GridStream(std::ostream& stream, const openvdb::MetaMap& metadata, int32_t grid_count) : stream_(stream) {
+        setCompression(openvdb::io::COMPRESS_ACTIVE_MASK |
+                       (hasBloscCompression() ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP));
+        writeHeader(stream_, /*seekable=*/true);
+        metadata.writeMeta(stream_);
+        stream_.write(reinterpret_cast<const char*>(&grid_count), sizeof grid_count);
+    }
+    void write_grid(const openvdb::GridBase::ConstPtr& grid) {
+        openvdb::io::GridDescriptor descriptor(grid->getName(), grid->type(), false);
+        writeGrid(descriptor, grid, stream_, /*seekable=*/true);
+    }
+    openvdb::io::Archive::Ptr copy() const override { return std::make_shared<GridStream>(*this); }
+
+  private:
+    std::ostream& stream_;
+};
+
+template <class Grid, class Value>
+typename Grid::Ptr make_grid(const std::vector<Index3>& cells, Value value_at) {
+    auto grid = Grid::create();
+    auto accessor = grid->getAccessor();
+    for (std::size_t i = 0; i < cells.size(); ++i) accessor.setValueOn(to_coord(cells[i]), value_at(i));
+    return grid;
+}
+
+// Overwrites OpenVDB's random identifier by a hash of all other bytes, in the same 8-4-4-4-12 form.
+void identify_by_content(const std::filesystem::path& path) {
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    ContentHash hash;
+    std::vector<char> block(1 << 20);
+    for (bool first = true; file; first = false) {
+        file.read(block.data(), std::streamsize(block.size()));
+        const auto got = std::size_t(file.gcount());
+        if (first && got >= kIdentifierStart + kIdentifierLength)
+            std::fill_n(block.begin() + kIdentifierStart, kIdentifierLength, '0');
+        hash.feed(block.data(), got);
+    }
+    file.clear();
+    const std::string h = hash.hex();
+    const std::string identifier =
+        h.substr(0, 8) + "-" + h.substr(8, 4) + "-" + h.substr(12, 4) + "-" + h.substr(16, 4) + "-" + h.substr(20, 12);
+    file.seekp(kIdentifierStart);
+    file.write(identifier.data(), std::streamsize(identifier.size()));
+    if (!file.flush()) throw Error(fmt::format("{}: cannot be written; is the disk full?", path.string()));
+}
+
+}  // namespace
+
+struct VdbWriter::Implementation {
+    std::filesystem::path path;
+    std::ofstream file;
+    openvdb::math::Transform::Ptr transform;
+    std::unique_ptr<GridStream> stream;
+    int missing;
+};
+
+VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata, const VdbTransform& transform,
+                     int grid_count)
+    : implementation_(std::make_unique<Implementation>()) {
+    initialise();
+    Implementation& i = *implementation_;
+    i.path = path;
+    i.missing = grid_count;
+    i.file.open(path, std::ios::binary);
+    if (!i.file) throw Error(fmt::format("{}: cannot be written", path.string()));
+    i.transform = openvdb::math::Transform::createLinearTransform(transform.voxel_size);
+    i.transform->postTranslate({transform.first_centre.x, transform.first_centre.y, transform.first_centre.z});
+    i.stream = std::make_unique<GridStream>(i.file, to_openvdb(metadata), grid_count);
+}
+
+VdbWriter::~VdbWriter() = default;
+
+void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& v,
+                    int channels) {
+    openvdb::GridBase::Ptr grid;
+    if (channels == 1) grid = make_grid<FloatGrid>(cells, [&](std::size_t i) { return v[i]; });
+    else
+        grid = make_grid<Vec3SGrid>(
+            cells, [&](std::size_t i) { return openvdb::Vec3s(v[3 * i], v[3 * i + 1], v[3 * i + 2]); });
+    grid->setName(name);
+    grid->setTransform(implementation_->transform->copy());
+    implementation_->stream->write_grid(grid);
+    --implementation_->missing;
+}
+
+void VdbWriter::finish() {
+    Implementation& i = *implementation_;
+    if (i.missing != 0) throw std::logic_error("VdbWriter: fewer or more grids than announced");
+    i.file.close();
+    if (!i.file) throw Error(fmt::format("{}: cannot be written; is the disk full?", i.path.string()));
+    identify_by_content(i.path);
+}
+
+struct VdbReader::Implementation {
+    std::filesystem::path path;
+    std::unique_ptr<openvdb::io::File> file;
+    VdbMetadata metadata;
+};
+
+VdbReader::VdbReader(const std::filesystem::path& path) : implementation_(std::make_unique<Implementation>()) {
+    initialise();
+    implementation_->path = path;
+    if (!std::filesystem::is_regular_file(path)) throw Error(fmt::format("{}: there is no such file", path.string()));
+    try {
+        implementation_->file = std::make_unique<openvdb::io::File>(path.string());
+        implementation_->file->setCopyMaxBytes(0);   // map the file, however small: never copy it
+        implementation_->file->open(/*delayLoad=*/true);
+        implementation_->metadata = from_openvdb(*implementation_->file->getMetadata());
+    } catch (const std::exception& e) {
+        throw Error(fmt::format("{}: is no complete OpenVDB file: {}", path.string(), e.what()));
+    }
+}
+
+VdbReader::~VdbReader() = default;
+
+const VdbMetadata& VdbReader::metadata() const { return implementation_->metadata; }
+
+std::vector<std::string> VdbReader::grid_names() const {
+    std::vector<std::string> names;
+    for (auto it = implementation_->file->beginName(); it != implementation_->file->endName(); ++it)
+        names.push_back(it.gridName());
+    return names;
+}
+
+bool VdbReader::has(const std::string& name) const { return implementation_->file->hasGrid(name); }
+
+std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
+    std::vector<Index3> cells;
+    const auto collect = [&](const auto& grid) {
+        for (auto it = grid.cbeginValueOn(); it; ++it)
+            cells.push_back({it.getCoord().x(), it.getCoord().y(), it.getCoord().z()});
+    };
+    const auto grid = implementation_->file->readGrid(name);
+    if (grid->isType<FloatGrid>()) collect(static_cast<const FloatGrid&>(*grid));
+    else collect(static_cast<const Vec3SGrid&>(*grid));
+    return cells;
+}
+
+std::vector<float> VdbReader::values(const std::string& name, const std::vector<Index3>& cells, int channels) const {
+    std::vector<float> values;
+    values.reserve(cells.size() * channels);
+    try {
+        const auto grid = implementation_->file->readGrid(name);
+        if (grid->isType<FloatGrid>()) {
+            const auto accessor = static_cast<const FloatGrid&>(*grid).getConstAccessor();
+            for (const Index3& c : cells) values.insert(values.end(), channels, accessor.getValue(to_coord(c)));
+        } else {
+            const auto accessor = static_cast<const Vec3SGrid&>(*grid).getConstAccessor();
+            for (const Index3& c : cells) {
+                const openvdb::Vec3s v = accessor.getValue(to_coord(c));
+                for (int i = 0; i < channels; ++i) values.push_back(v[i]);
+            }
+        }
+    } catch (const std::exception& e) {
+        throw Error(fmt::format("{}: the grid {} cannot be read: {}", implementation_->path.string(), name, e.what()));
+    }
+    return values;
+}
+
+namespace {
+template <class T>
+T get(const VdbMetadata& metadata, const std::string& key, const std::filesystem::path& path) {
+    const auto found = metadata.find(key);
+    if (found == metadata.end() || !std::holds_alternative<T>(found->second))
+        throw Error(fmt::format("{}: lacks '{}' in its metadata; is it a map that this program baked?", path.string(), key));
+    return std::get<T>(found->second);
+}
+}  // namespace
+
+std::string VdbReader::text(const std::string& key) const { return get<std::string>(metadata(), key, implementation_->path); }
+double VdbReader::number(const std::string& key) const { return get<double>(metadata(), key, implementation_->path); }
+Vec3d VdbReader::vector(const std::string& key) const { return get<Vec3d>(metadata(), key, implementation_->path); }
+
+}  // namespace pim

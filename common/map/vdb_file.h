@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time, so that memory
+// holds one of them and not all; reading maps the file into memory and loads what is asked for.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/core/vector.h"
+
+namespace pim {
+
+using VdbMetadata = std::map<std::string, std::variant<std::string, double, int64_t, Vec3d>>;
+
+// Where voxels stand: the centre of voxel (0,0,0) in world space and the distance of centres, m.
+struct VdbTransform {
+    Vec3d first_centre{0};
+    double voxel_size = 1;
+};
+
+class VdbWriter {
+  public:
+    // Throws Error. `grid_count` grids must follow. Same content, same bytes: the file's identifier is a hash.
+    VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata, const VdbTransform& transform,
+              int grid_count);
+    ~VdbWriter();
+    // One value per cell, `channels` 1 (float) or 3 (Vec3s) numbers each, laid out cell by cell; those cells are
+    // active, no others.
+    void add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& values, int channels);
+    void finish();    // throws Error, for example when the disk is full
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+class VdbReader {
+  public:
+    explicit VdbReader(const std::filesystem::path& path);   // throws Error: missing, not OpenVDB, truncated
+    ~VdbReader();
+    const VdbMetadata& metadata() const;
+    std::vector<std::string> grid_names() const;
+    bool has(const std::string& name) const;
+    std::vector<Index3> active_cells(const std::string& name) const;
+    // Values at the cells, one after the other, as 3 channels where `channels` is 3 (a float grid repeats its value).
+    std::vector<float> values(const std::string& name, const std::vector<Index3>& cells, int channels) const;
+
+    // Typed metadata; throws Error naming the file and the key.
+    std::string text(const std::string& key) const;
+    double number(const std::string& key) const;
+    Vec3d vector(const std::string& key) const;
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace pim

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include "common/core/error.h"
+#include "common/core/file.h"
+#include "common/scene/texture.h"
+
+namespace pim {
+namespace {
+
+template <class T>
+void feed(ContentHash& hash, const std::vector<T>& values) {
+    const uint64_t count = values.size();
+    hash.feed(&count, sizeof count);
+    hash.feed(values.data(), values.size() * sizeof(T));
+}
+
+bool grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
+
+template <class Named>
+std::string names(const std::vector<Named>& all) {
+    std::string text;
+    for (const Named& one : all) text += (text.empty() ? "" : ", ") + one.name;
+    return text.empty() ? "none" : text;
+}
+
+template <class Named>
+std::size_t find_named(const std::vector<Named>& all, const std::string& wanted, const char* what) {
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (all[i].name == wanted) return i;
+    throw UsageError(fmt::format("there is no {} named '{}'; the scene has: {}", what, wanted, names(all)));
+}
+
+}  // namespace
+
+const char* name(Component component) { return component == Component::direct ? "direct" : "indirect"; }
+
+Rgb diffuse_reflectance(const Scene& scene, uint32_t triangle, float b1, float b2) {
+    const Material& material = scene.materials[scene.geometry.triangles[triangle].material];
+    if (!material.texture) return material.diffuse;
+    const auto& v = scene.geometry.triangles[triangle].vertices;
+    const auto& uv = scene.geometry.texture_coordinates;
+    return material.diffuse * sample_texture(scene.textures[*material.texture],
+                                             uv[v[0]] * (1 - b1 - b2) + uv[v[1]] * b1 + uv[v[2]] * b2);
+}
+
+bool is_grey(const Scene& scene) {
+    for (const Triangle& t : scene.geometry.triangles) {
+        const Material& m = scene.materials[t.material];
+        if (!m.glass && (!grey(m.diffuse) || !grey(m.specular))) return false;
+        if (m.texture && !std::ranges::all_of(scene.textures[*m.texture].pixels, grey)) return false;
+    }
+    return true;
+}
+
+const Camera& find_camera(const Scene& scene, const std::string& wanted) {
+    return scene.cameras[find_named(scene.cameras, wanted, "camera")];
+}
+
+std::size_t find_light(const Scene& scene, const std::string& wanted) {
+    return find_named(scene.lights, wanted, "light");
+}
+
+std::string content_hash(const Scene& scene) {
+    ContentHash hash;
+    const Geometry& g = scene.geometry;
+    hash.feed(&g.origin, sizeof g.origin);
+    feed(hash, g.positions);
+    feed(hash, g.normals);
+    feed(hash, g.texture_coordinates);
+    for (const Triangle& t : g.triangles) {
+        hash.feed(t.vertices.data(), sizeof t.vertices);
+        hash.feed(&t.material, sizeof t.material);
+    }
+    for (const Material& m : scene.materials) {
+        const float numbers[] = {m.diffuse.x,  m.diffuse.y,  m.diffuse.z,       m.specular.x, m.specular.y,
+                                 m.specular.z, float(m.glass), m.ior, float(m.texture.value_or(-1))};
+        hash.feed(numbers, sizeof numbers);
+    }
+    for (const Image& t : scene.textures) feed(hash, t.pixels);
+    return hash.hex();
+}
+
+}  // namespace pim

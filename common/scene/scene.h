@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene description with everything it names loaded: what `bake` and `viewer` agree on.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/core/image.h"
+#include "common/scene/camera.h"
+#include "common/scene/geometry.h"
+#include "common/scene/light.h"
+#include "common/scene/material.h"
+
+namespace pim {
+
+enum class Estimator { area, sphere };
+enum class Store { incident, absorbed };
+enum class Robust { off, automatic, always };
+
+// The part of the light that has come straight from a lamp, and all the rest.
+enum class Component : uint8_t { direct, indirect };
+inline constexpr int kComponentCount = 2;
+const char* name(Component component);
+
+struct CellCount {
+    int longest = 64;    // cells along the longest side of the bounds
+};
+struct CellSize {
+    double metres;
+};
+
+struct GridSettings {
+    std::variant<CellCount, CellSize> resolution = CellCount{};
+    std::optional<Box3> bounds;        // local; absent: the geometry's box
+    bool facings = true;
+    Estimator estimator = Estimator::area;
+    std::optional<double> radius;      // m, for `sphere`; absent: kDefaultRadius cells
+    bool reachable_area_only = true;   // false: all of the cell's surface counts (the thesis)
+};
+
+struct BakeSettings {
+    uint64_t photons = 40000;          // per lamp position
+    std::vector<Component> components{Component::indirect};
+    int degree = 3;
+    Robust robust = Robust::automatic;
+    Store store = Store::incident;
+    uint64_t seed = 1;
+};
+
+struct Scene {
+    std::filesystem::path description_file;
+    std::string description;           // the text of the description, overrides applied
+    std::filesystem::path geometry_file;
+    std::string geometry_hash;         // of everything that decides how light travels
+    Geometry geometry;
+    std::vector<Material> materials;
+    std::vector<Image> textures;
+    std::vector<Light> lights;
+    std::vector<Camera> cameras;
+    GridSettings grid;
+    BakeSettings bake;
+};
+
+// Diffuse reflectance of a triangle's material at barycentric weights b1, b2.
+Rgb diffuse_reflectance(const Scene& scene, uint32_t triangle, float b1, float b2);
+
+bool is_grey(const Scene& scene);      // every reflectance has three equal channels
+const Camera& find_camera(const Scene& scene, const std::string& name);     // throws UsageError
+std::size_t find_light(const Scene& scene, const std::string& name);        // throws UsageError
+std::string content_hash(const Scene& scene);
+
+}  // namespace pim

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/scene/scene_file.h"
+
+#include <sstream>
+
+#include "common/core/file.h"
+#include "common/core/log.h"
+#include "common/scene/geometry_check.h"
+#include "common/scene/geometry_file.h"
+#include "common/scene/toml_table.h"
+
+namespace pim {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kAny = 1e300;
+
+toml::table parse(const std::string& text, const std::string& name) {
+    try {
+        return toml::parse(text, name);
+    } catch (const toml::parse_error& e) {
+        throw Error(fmt::format("{}:{}: {}", name, e.source().begin.line, e.description()));
+    }
+}
+
+Box3 to_box(TomlTable table, const Geometry& geometry) {
+    const Vec3d low = table.vector("min"), high = table.vector("max");
+    table.refuse_unknown();
+    for (int axis = 0; axis < 3; ++axis)
+        if (low[axis] > high[axis]) table.fail("min", "must not lie above max on any axis");
+    return {geometry.to_local(low), geometry.to_local(high)};
+}
+
+class DescriptionReader {
+  public:
+    DescriptionReader(const toml::table& root, const std::string& name, const fs::path& folder, const SceneOptions& options)
+        : root_(root, name, ""), name_(name), folder_(folder), options_(options) {}
+
+    Scene read() {
+        thesis_ = root_.has("preset");
+        if (thesis_) root_.choice("preset", {"thesis"});
+        read_geometry_file();
+        each("material", [&](TomlTable& t) { read_material(t); });
+        each("camera", [&](TomlTable& t) { read_camera(t); });
+        each("light", [&](TomlTable& t) { read_light(t); });
+        if (root_.has("grid")) read_grid(root_.table("grid"));
+        if (root_.has("bake")) read_bake(root_.table("bake"));
+        root_.refuse_unknown();
+        finish();
+        return std::move(scene_);
+    }
+
+  private:
+    template <class Read>
+    void each(const std::string& key, Read read) {
+        if (!root_.has(key)) return;
+        const toml::array* array = root_.raw()[key].as_array();
+        if (!array || !array->is_homogeneous<toml::table>()) root_.fail(key, fmt::format("is written [[{}]]", key));
+        for (const toml::node& node : *array) {
+            TomlTable table(*node.as_table(), name_, key);
+            read(table);
+            table.refuse_unknown();
+        }
+    }
+
+    void read_geometry_file() {
+        if (!root_.has("scene")) throw Error(fmt::format("{}:1: [scene] with geometry = \"FILE\" is missing", name_));
+        TomlTable table = root_.table("scene");
+        if (!table.has("geometry")) table.fail("geometry", "is missing: name the geometry file");
+        scene_.geometry_file = options_.geometry.value_or(folder_ / table.text("geometry", ""));
+        GeometryFile file = read_geometry(scene_.geometry_file, table.number("metres_per_unit", 1, 1e-12, 1e12));
+        table.refuse_unknown();
+        for (const std::string& warning : file.warnings) log_warning(warning);
+        const Mended mended = mend(file.geometry);
+        if (!mended.text().empty()) log_warning(fmt::format("{}: {}", scene_.geometry_file.string(), mended.text()));
+        if (file.geometry.triangles.empty())
+            throw Error(fmt::format("{}: holds no triangle with an area", scene_.geometry_file.string()));
+        scene_.geometry = std::move(file.geometry);
+        scene_.materials = std::move(file.materials);
+        scene_.textures = std::move(file.textures);
+        scene_.lights = std::move(file.lights);
+    }
+
+    void read_material(TomlTable& table) {
+        const std::string name = required_name(table);
+        std::vector<Material*> targets;
+        for (Material& m : scene_.materials)
+            if (m.name == name) targets.push_back(&m);
+        if (targets.empty()) {
+            std::string all;
+            for (const Material& m : scene_.materials) all += (all.empty() ? "" : ", ") + m.name;
+            table.fail("name", fmt::format("the geometry has no material '{}'; it has: {}", name, all));
+        }
+        const bool has_kind = table.has("kind");
+        const std::size_t kind = table.choice("kind", {"diffuse", "mirror", "glass"});
+        for (Material* m : targets) {
+            if (has_kind) set_kind(*m, kind);
+            if (table.has("diffuse")) {
+                m->diffuse = Rgb(table.vector("diffuse", 0, 1));
+                m->texture.reset();
+            }
+            if (table.has("specular")) m->specular = Rgb(table.vector("specular", 0, 1));
+            m->ior = float(table.number("ior", m->ior, 1.0001, 10));
+            if (max_channel(m->diffuse + m->specular) > 1.0001f)
+                table.fail(table.has("specular") ? "specular" : "diffuse",
+                           "diffuse + specular must not exceed 1 in any channel");
+        }
+    }
+
+    static void set_kind(Material& m, std::size_t kind) {
+        m.glass = kind == 2;
+        if (kind == 0) m.specular = Rgb(0);
+        if (kind != 1) return;
+        if (is_black(m.specular)) m.specular = is_black(m.diffuse) ? Rgb(0.9f) : m.diffuse;
+        m.diffuse = Rgb(0);
+        m.texture.reset();
+    }
+
+    std::string required_name(TomlTable& table) {
+        const std::string name = table.text("name", "");
+        if (name.empty()) table.fail("name", "is missing");
+        return name;
+    }
+
+    void read_camera(TomlTable& table) {
+        Camera camera;
+        camera.name = required_name(table);
+        for (const Camera& other : scene_.cameras)
+            if (other.name == camera.name) table.fail("name", "two cameras have this name");
+        camera.eye = scene_.geometry.to_local(table.vector("eye"));
+        camera.target = scene_.geometry.to_local(table.vector("target"));
+        if (table.has("up")) camera.up = Vec3(table.vector("up"));
+        camera.vertical_fov = float(table.number("vertical_fov", 40, 0.1, 179));
+        if (table.has("size")) {
+            const auto size = table.numbers("size", 2, 1, 32768);
+            camera.size = {int(size[0]), int(size[1])};
+        }
+        if (!((camera.target - camera.eye).cross(camera.up).length() > 0))
+            table.fail("target", "eye, target and up must not lie on one line");
+        scene_.cameras.push_back(camera);
+    }
+
+    void read_light(TomlTable& table) {
+        Light light;
+        light.name = required_name(table);
+        if (light.name.find('/') != std::string::npos) table.fail("name", "must not hold a '/'");
+        for (const std::string& known : described_lights_)
+            if (known == light.name) table.fail("name", "two lights have this name");
+        described_lights_.push_back(light.name);
+        std::erase_if(scene_.lights, [&](const Light& other) { return other.name == light.name; });
+        read_shape(table, light);
+        if (table.has("power")) light.power = Rgb(table.vector("power", 0, 1e30));
+        read_domain(table, light);
+        read_samples(table, light);
+        scene_.lights.push_back(light);
+    }
+
+    void read_shape(TomlTable& table, Light& light) {
+        const std::string type = table.text("type", "point");
+        const bool sized = table.has("size"), facing = table.has("normal");
+        if (type == "point") {
+            if (sized || facing) table.fail(sized ? "size" : "normal", "belongs to type = \"rectangle\" only");
+            return;
+        }
+        if (type != "rectangle")
+            table.fail("type", fmt::format("'{}' lamps do not exist here; allowed: point, rectangle", type));
+        if (!sized || !facing) table.fail("type", "a rectangle needs size = [w, h] and normal = [x, y, z]");
+        const auto size = table.numbers("size", 2, 1e-9, 1e9);
+        const Vec3 normal(table.vector("normal"));
+        if (!(normal.length() > 0)) table.fail("normal", "must not be zero");
+        light.shape = RectangleShape({float(size[0]), float(size[1])}, normal);
+    }
+
+    void read_domain(TomlTable& table, Light& light) {
+        const bool placed = table.has("position"), free = table.has("domain");
+        if (!placed && !free) table.fail("position", "is missing, and so is domain: say where the lamp stands");
+        if (free) light.domain = to_box(table.table("domain"), scene_.geometry);
+        light.position = placed ? scene_.geometry.to_local(table.vector("position")) : light.domain.center();
+        if (!free) light.domain = Box3(light.position);
+        if (!light.domain.intersects(light.position)) table.fail("position", "lies outside the light's domain");
+        if (!table.has("boxes")) return;
+        const auto boxes = table.numbers("boxes", 3, 1, 64);
+        for (int axis = 0; axis < 3; ++axis) {
+            light.boxes[axis] = light.domain.max[axis] > light.domain.min[axis] ? int(boxes[axis]) : 1;
+            if (boxes[axis] != std::floor(boxes[axis])) table.fail("boxes", "must be whole numbers");
+        }
+    }
+
+    void read_samples(TomlTable& table, Light& light) {
+        const bool given = table.has("samples");
+        if (given && table.is_array("samples")) {
+            const auto n = table.numbers("samples", 3, 1, 1000);
+            light.samples = Index3(int(n[0]), int(n[1]), int(n[2]));
+        } else {
+            light.samples = int(table.integer("samples", 182, 1, 1000000));
+        }
+        const bool still = light.domain.min == light.domain.max;
+        if (still) light.samples = 1;
+    }
+
+    void read_grid(TomlTable table) {
+        GridSettings& grid = scene_.grid;
+        const bool counted = table.has("cells"), sized = table.has("cell_size");
+        if (counted && sized) table.fail("cell_size", "give cells or cell_size, not both");
+        if (counted) grid.resolution = CellCount{int(table.integer("cells", 64, 1, 4096))};
+        if (sized) grid.resolution = CellSize{table.number("cell_size", 1, 1e-12, 1e12)};
+        if (table.has("bounds")) grid.bounds = to_box(table.table("bounds"), scene_.geometry);
+        grid.facings = table.flag("facings", !thesis_);
+        const auto fallback = thesis_ ? Estimator::sphere : Estimator::area;
+        grid.estimator = table.has("estimator") ? Estimator(table.choice("estimator", {"area", "sphere"})) : fallback;
+        if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
+        table.refuse_unknown();
+    }
+
+    void read_bake(TomlTable table) {
+        BakeSettings& bake = scene_.bake;
+        bake.photons = uint64_t(table.integer("photons", int64_t(bake.photons), 1, 1000000000000));
+        bake.degree = int(table.integer("degree", bake.degree, 0, 3));
+        bake.robust = Robust(table.has("robust") ? table.choice("robust", {"off", "auto", "always"}) : 1);
+        bake.store = Store(table.has("store") ? table.choice("store", {"incident", "absorbed"}) : 0);
+        bake.seed = uint64_t(table.integer("seed", 1, 0, INT64_MAX));
+        if (table.has("components")) read_components(table);
+        if (bake.robust == Robust::always)
+            table.fail("robust", "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
+        explicit_store_ = table.has("store");
+        explicit_components_ = table.has("components");
+        table.refuse_unknown();
+    }
+
+    void read_components(TomlTable& table) {
+        const toml::array* array = table.raw()["components"].as_array();
+        scene_.bake.components.clear();
+        bool direct = false, indirect = false;
+        if (array)
+            for (const toml::node& node : *array) {
+                const auto text = node.value<std::string>();
+                if (text == "direct") direct = true;
+                else if (text == "indirect") indirect = true;
+                else table.fail("components", "allowed: \"direct\", \"indirect\" or both");
+            }
+        if (!direct && !indirect) table.fail("components", "must be a list of \"direct\", \"indirect\" or both");
+        if (direct) scene_.bake.components.push_back(Component::direct);
+        if (indirect) scene_.bake.components.push_back(Component::indirect);
+    }
+
+    // What the thesis does, where the description says nothing else.
+    void apply_thesis() {
+        if (!root_.has("grid")) {
+            scene_.grid.facings = false;
+            scene_.grid.estimator = Estimator::sphere;
+        }
+        scene_.grid.reachable_area_only = false;
+        scene_.bake.robust = Robust::off;
+        if (!explicit_store_) scene_.bake.store = Store::absorbed;
+        if (!explicit_components_) scene_.bake.components = {Component::direct, Component::indirect};
+        for (Light& light : scene_.lights) light.boxes = Index3(1);
+    }
+
+    void finish() {
+        if (thesis_) apply_thesis();
+        if (scene_.lights.empty())
+            throw Error(fmt::format("{}: there is no lamp: add a [[light]] with name, position or domain, and power", name_));
+        if (scene_.cameras.empty()) scene_.cameras.push_back(camera_on_everything());
+        scene_.geometry_hash = content_hash(scene_);
+    }
+
+    // Looks at the whole scene from a corner above, so that a description without a camera can be seen.
+    Camera camera_on_everything() const {
+        const Box3 box = bounds(scene_.geometry);
+        Camera camera;
+        camera.target = box.center();
+        camera.eye = box.center() + Vec3(0.6f, 0.5f, 1.0f).normalized() * (1.3f * box.size().length());
+        return camera;
+    }
+
+    TomlTable root_;
+    std::string name_;
+    fs::path folder_;
+    SceneOptions options_;
+    Scene scene_;
+    std::vector<std::string> described_lights_;
+    bool thesis_ = false, explicit_store_ = false, explicit_components_ = false;
+};
+
+// The description with overrides written into it, so that a map's own description makes the same map.
+std::string apply_overrides(const std::string& text, const std::string& name, const SceneOptions& options) {
+    if (!options.photons) return text;
+    toml::table root = parse(text, name);
+    if (!root.contains("bake")) root.insert("bake", toml::table{});
+    if (toml::table* bake = root["bake"].as_table()) bake->insert_or_assign("photons", int64_t(*options.photons));
+    std::ostringstream out;
+    out << root << "\n";
+    return out.str();
+}
+
+}  // namespace
+
+Scene read_scene_text(const std::string& text, const std::string& name, const fs::path& folder,
+                      const SceneOptions& options) {
+    const std::string description = apply_overrides(text, name, options);
+    const toml::table root = parse(description, name);
+    Scene scene = DescriptionReader(root, name, folder, options).read();
+    scene.description_file = name;
+    scene.description = description;
+    return scene;
+}
+
+Scene read_scene(const fs::path& path, const SceneOptions& options) {
+    return read_scene_text(read_text(path), path.string(), path.parent_path(), options);
+}
+
+}  // namespace pim

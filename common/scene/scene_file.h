@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scene descriptions (TOML). README.md lists every key. Unknown keys, wrong types and values out of range are errors
+// that name file, line, key and what is allowed.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "common/scene/scene.h"
+
+namespace pim {
+
+struct SceneOptions {
+    std::optional<uint64_t> photons;                      // in place of [bake] photons
+    std::optional<std::filesystem::path> geometry;        // in place of [scene] geometry
+};
+
+// Reads the description and everything it names; says what was mended and what is not rendered. Throws Error.
+Scene read_scene(const std::filesystem::path& path, const SceneOptions& options = {});
+
+// The same from a description's text; relative paths count from `folder`, `name` is for messages.
+Scene read_scene_text(const std::string& text, const std::string& name, const std::filesystem::path& folder,
+                      const SceneOptions& options = {});
+
+}  // namespace pim

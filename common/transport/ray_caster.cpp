@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/transport/ray_caster.h"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+#include "common/core/error.h"
+
+namespace pim {
+namespace {
+
+RTCRay to_embree(const Ray& ray) {
+    RTCRay r{};
+    r.org_x = ray.origin.x, r.org_y = ray.origin.y, r.org_z = ray.origin.z;
+    r.dir_x = ray.direction.x, r.dir_y = ray.direction.y, r.dir_z = ray.direction.z;
+    r.tnear = 0;
+    r.tfar = ray.length;
+    r.mask = ~0u;
+    return r;
+}
+
+}  // namespace
+
+struct RayCaster::Implementation {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+    std::string instructions;
+    // Embree reads the last vertex with a 16-byte load: one extra element.
+    std::vector<Vec3> positions;
+    std::vector<std::array<uint32_t, 3>> indices;
+
+    ~Implementation() {
+        rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+};
+
+RayCaster::RayCaster(const Geometry& geometry, InstructionSet instructions)
+    : implementation_(std::make_unique<Implementation>()) {
+    Implementation& i = *implementation_;
+    i.instructions = instructions == InstructionSet::pinned ? "sse4.2" : "best";
+    i.device = rtcNewDevice(instructions == InstructionSet::pinned ? "isa=sse4.2" : nullptr);
+    if (!i.device) throw Error("the ray tracing library cannot start on this processor (it needs SSE 4.2)");
+    i.scene = rtcNewScene(i.device);
+    rtcSetSceneFlags(i.scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(i.scene, RTC_BUILD_QUALITY_MEDIUM);
+    i.positions = geometry.positions;
+    i.positions.emplace_back(0);
+    for (const Triangle& t : geometry.triangles) i.indices.push_back(t.vertices);
+    RTCGeometry mesh = rtcNewGeometry(i.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, i.positions.data(), 0,
+                               sizeof(Vec3), geometry.positions.size());
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, i.indices.data(), 0,
+                               sizeof i.indices[0], i.indices.size());
+    rtcCommitGeometry(mesh);
+    rtcAttachGeometry(i.scene, mesh);
+    rtcReleaseGeometry(mesh);
+    rtcCommitScene(i.scene);
+    if (const RTCError error = rtcGetDeviceError(i.device); error != RTC_ERROR_NONE)
+        throw Error(fmt::format("the ray tracing library failed to build its tree (error {}); is there enough memory?",
+                                int(error)));
+    const Box3 box = bounds(geometry);
+    float largest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    surface_offset_ = largest * 0x1p-20f;
+}
+
+RayCaster::~RayCaster() = default;
+
+std::optional<Hit> RayCaster::intersect(const Ray& ray) const {
+    RTCRayHit query{to_embree(ray), {}};
+    query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(implementation_->scene, &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const Vec3 normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
+    return Hit{query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v,
+               normal.dot(ray.direction) <= 0 ? Side::front : Side::back};
+}
+
+bool RayCaster::occluded(const Ray& ray) const {
+    RTCRay query = to_embree(ray);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(implementation_->scene, &context, &query);
+    return query.tfar < 0;
+}
+
+std::string RayCaster::instruction_set() const { return implementation_->instructions; }
+
+}  // namespace pim
