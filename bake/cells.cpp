@@ -16,6 +16,7 @@ namespace {
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
 constexpr uint64_t kPhotonBlock = 4096;
 constexpr double kUndecidedShare = 0.002;   // of the area: few enough to stop
+constexpr double kLeastArea = 1e-6;         // of a cell's face: smaller patches would hold nothing but noise
 constexpr double kBlackShare = 0.01;        // of the mean irradiance: below, a whole patch counts as unreached
 
 enum class Verdict : uint8_t { undecided, lit, dark };
@@ -177,7 +178,7 @@ void add_patches(const CellGrid& grid, const std::vector<Fragment>& fragments, K
             if (keep(end))
                 for (int f = 0; f < kFacingCount; ++f) sum.area[f] += fragments[end].facing_area[f];
         for (int f = 0; f < kFacingCount; ++f)
-            if (sum.area[f] > 0) patches.push_back({cell_of(grid, fragments[begin].key), f, float(sum.area[f])});
+            if (sum.area[f] > kLeastArea * grid.cell_size * grid.cell_size) patches.push_back({cell_of(grid, fragments[begin].key), f, float(sum.area[f])});
         begin = end;
     }
 }
@@ -215,8 +216,8 @@ std::vector<double> hits_of_patches(const CellGrid& grid, const std::vector<Patc
     for (std::size_t i = 0; i < fragments.size(); ++i) {
         if (reach.verdict(i) == Verdict::dark) continue;
         for (int f = 0; f < kFacingCount; ++f)
-            if (fragments[i].facing_area[f] > 0)
-                hits[index.find(cell_of(grid, fragments[i].key), f)] += reach.hits(i);
+            if (const int p = index.find(cell_of(grid, fragments[i].key), f); p >= 0 && fragments[i].facing_area[f] > 0)
+                hits[p] += reach.hits(i);
     }
     return hits;
 }

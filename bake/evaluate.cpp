@@ -23,7 +23,7 @@ constexpr uint64_t kSeed = 0x5eed;
 
 struct PixelAnswer {
     Rgb map{0}, map_indirect{0};
-    std::array<Rgb, 2> reference{}, reference_indirect{};    // the two halves
+    std::array<Rgb, 2> reference{Rgb(0), Rgb(0)}, reference_indirect{Rgb(0), Rgb(0)};    // the two halves
     bool surface = false;
 };
 

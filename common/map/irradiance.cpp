@@ -11,7 +11,8 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
     const Vec3d place = (Vec3d(position) - map.grid.origin) / map.grid.cell_size - Vec3d(0.5);
     const Index3 low(int(std::floor(place.x)), int(std::floor(place.y)), int(std::floor(place.z)));
     const Vec3 f(place - Vec3d(low));
-    std::array<Rgb, kFacingCount> flux{};
+    std::array<Rgb, kFacingCount> flux;
+    flux.fill(Rgb(0));
     std::array<float, kFacingCount> area{};
     for (int corner = 0; corner < 8; ++corner) {
         const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
@@ -30,7 +31,7 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
     float weights = 0;
     for (int k = 0; k < kFacingCount; ++k) {
         if (!(area[k] > 0)) continue;
-        sum += flux[k] * (facing.weight[k] / area[k]);
+        sum += flux[k] / area[k] * facing.weight[k];
         weights += facing.weight[k];
     }
     return weights > 0 ? sum / weights : Rgb(0);

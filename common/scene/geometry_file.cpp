@@ -42,6 +42,8 @@ class Reader {
                                                          aiProcess_JoinIdenticalVertices);
         if (!source_ || !source_->mRootNode)
             throw Error(fmt::format("{}: the geometry cannot be read: {}", path_.string(), importer_.GetErrorString()));
+        used_.resize(source_->mNumMaterials);
+        for (unsigned i = 0; i < source_->mNumMeshes; ++i) used_[source_->mMeshes[i]->mMaterialIndex] = true;
         for (unsigned i = 0; i < source_->mNumMaterials; ++i) add_material(*source_->mMaterials[i], i);
         M44d root;
         root.setScale(scale_);
@@ -57,7 +59,9 @@ class Reader {
   private:
     // --- materials ---
     void add_material(const aiMaterial& source, unsigned index) {
-        Material material;
+        Material& material = file_.materials.emplace_back();
+        emission_.emplace_back(0);
+        if (!used_[index]) return;
         material.name = source.GetName().length ? source.GetName().C_Str() : fmt::format("material{}", index);
         aiColor3D color;
         if (source.Get(AI_MATKEY_BASE_COLOR, color) == AI_SUCCESS) {
@@ -67,8 +71,7 @@ class Reader {
         }
         read_texture(source, material);
         limit_reflectance(material);
-        file_.materials.push_back(std::move(material));
-        emission_.push_back(source.Get(AI_MATKEY_COLOR_EMISSIVE, color) == AI_SUCCESS ? to_rgb(color) : Rgb(0));
+        if (source.Get(AI_MATKEY_COLOR_EMISSIVE, color) == AI_SUCCESS) emission_.back() = to_rgb(color);
     }
 
     void read_metallic_roughness(const aiMaterial& source, const Rgb& base, Material& material) {
@@ -264,6 +267,7 @@ class Reader {
     GeometryFile file_;
     std::vector<Vec3d> positions_;      // world, m
     std::vector<Rgb> emission_;         // per material, W/(m² sr)
+    std::vector<bool> used_;            // per material: importers add some of their own
     std::map<std::string, int> texture_index_;
     std::map<std::string, M44d> transforms_;
 };

@@ -2,16 +2,18 @@
 """A glass ball and a mirror under a small rectangular lamp."""
 
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import room, standing_box
 from scenes.glb import Material
-from scenes.mesh import icosphere, moved, room, scaled, standing_box, subtract
+from scenes.mesh import moved, scaled, subtract
+from scenes.round_shapes import icosphere
 
 ABOUT = """
-A room of 2 × 2 × 2 m with a glass ball (index of refraction 1.5, smooth normals), a standing mirror, a red block on the floor and a small
-rectangular lamp under the ceiling: the ball gathers light to a bright spot on the floor, the mirror throws a
+A room of 2 × 2 × 2 m with a glass ball (index of refraction 1.5, smooth normals), a standing mirror, a red block and
+a small rectangular lamp under the ceiling: the ball gathers light to a bright spot on the floor, the mirror throws a
 patch of light, and both show the room again.
 """
 
-BALL, RADIUS = (-0.38, 0.351, 0.05), 0.35
+BALL, RADIUS = (-0.40, 0.301, -0.20), 0.30  # a millimetre above the floor
 
 
 def glass_ball():
@@ -53,7 +55,7 @@ def scene():
         size=(0.2, 0.2),
         clearance=0.04,
     )
-    camera = Camera("front", (0.05, 0.95, 0.97), (-0.02, 0.68, -0.5), 72.0, (512, 512))
+    camera = Camera("front", (-0.02, 1.0, 0.97), (0.0, 0.66, -0.5), 74.0, (512, 512))
     return Scene(
         name="caustic",
         title="Glass ball and mirror",

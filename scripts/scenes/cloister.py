@@ -4,9 +4,11 @@
 import math
 
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import box, prism, square_ring, standing_box
 from scenes.glb import Material
-from scenes.mesh import Mesh, ball, box, lathe, merged, moved, prism, square_ring, standing_box
+from scenes.mesh import Mesh, merged, moved
 from scenes.ornaments import closed_profile, cypress_profile, tiled_slope, urn_profile
+from scenes.round_shapes import ball, lathe
 from scenes.vault import groin_vault
 
 BAY = 2.0
@@ -20,13 +22,13 @@ EAVE = 4.3  # top of the arcade walls
 QUARTER = 0.5 * math.pi
 
 ABOUT = """
-A court of 15 × 7 m with a fountain, lawns, cypresses and pots; around it walks with groin vaults behind round arches on
-fluted columns, under tiled roofs that slope to the court; over one corner a belfry. The lamp moves over the court and
-shines through the arches into the walks.
+A court of 15 × 7 m with a fountain, lawns, cypresses and pots; around it walks with groin vaults behind round arches
+on fluted columns, under tiled roofs that slope to the court; over one corner a belfry. The lamp moves over the court
+and shines through the arches into the walks.
 
-**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (81, 40,939, 81,410; each ± 5 %), the
-grid (61,712 cells), photons (30,000) and lamp positions (96) that C.-H. Lin's thesis (2005) states for its cloister; it is
-not the thesis' model, which was never published. The cameras follow the thesis' captions.
+**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (81, 40,939, 81,410; each ± 5
+%), the grid (61,712 cells), photons (30,000) and lamp positions (96) that C.-H. Lin's thesis (2005) states for its
+cloister; it is not the thesis' model, which was never published. The cameras follow the thesis' captions.
 
 Lamp positions of the thesis' figures 31–33 (our stand-ins; the thesis does not print its numbers):
 
@@ -179,13 +181,14 @@ def walls():
 
 def fountain():
     step = closed_profile([(1.75, 0.0), (1.75, 0.16), (1.75, 0.16)])
-    outside = [(0.0, 0.0), (1.25, 0.0), (1.32, 0.06), (1.22, 0.14), (1.26, 0.30), (1.38, 0.46), (1.42, 0.52), (1.40, 0.57)]
+    outside = [(0.0, 0.0), (1.25, 0.0), (1.32, 0.06), (1.22, 0.14), (1.26, 0.30), (1.38, 0.46)]
+    rim = [(1.42, 0.52), (1.40, 0.57)]
     inside = [(1.27, 0.58), (1.22, 0.52), (1.18, 0.10), (0.0, 0.08)]
     stem = [(0.0, 0.0), (0.30, 0.0), (0.28, 0.10), (0.14, 0.22), (0.12, 0.45), (0.17, 0.62), (0.12, 0.72)]
     cup = [(0.16, 0.80), (0.46, 0.92), (0.64, 1.06), (0.66, 1.12), (0.60, 1.12), (0.40, 1.00), (0.0, 0.96)]
     return [
         lathe("fountain_step", "stone", step, 40),
-        lathe("fountain_basin", "column", outside + inside, 48, (0.0, 0.16, 0.0)),
+        lathe("fountain_basin", "column", outside + rim + inside, 48, (0.0, 0.16, 0.0)),
         lathe("fountain_water", "water", closed_profile([(1.17, 0.50), (1.17, 0.54)]), 40, (0.0, 0.10, 0.0)),
         lathe("fountain_stem", "column", stem + cup, 40, (0.0, 0.60, 0.0)),
         lathe("fountain_cup_water", "water", closed_profile([(0.52, 1.66), (0.56, 1.69)]), 32),
@@ -232,7 +235,8 @@ def belfry():
     r, y0, y1 = half + 0.22, 8.4, 9.75
     corners = [(-r, y0, -r), (-r, y0, r), (r, y0, r), (r, y0, -r), (0.0, y1, 0.0)]
     pyramid = [(0, 3, 2), (0, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
-    bell = [(0.0, 0.0), (0.36, 0.0), (0.40, 0.03), (0.30, 0.22), (0.24, 0.50), (0.20, 0.66), (0.08, 0.74), (0.05, 0.95), (0.0, 0.95)]
+    bell = [(0.0, 0.0), (0.36, 0.0), (0.40, 0.03), (0.30, 0.22), (0.24, 0.50), (0.20, 0.66), (0.08, 0.74)]
+    bell += [(0.05, 0.95), (0.0, 0.95)]
     return [
         standing_box("tower", "plaster", (x, 4.2, z), (2 * half, 2.2, 2 * half)),
         moved(merged("belfry", "plaster", sides), (x, 0.0, z)),

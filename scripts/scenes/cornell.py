@@ -2,8 +2,8 @@
 """The measured Cornell box, a hundredth of a metre to the millimetre, with a point lamp that roams its upper middle."""
 
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import hexahedron, room
 from scenes.glb import Material
-from scenes.mesh import hexahedron, room
 
 WIDTH, HEIGHT, DEPTH = 5.528, 5.488, 5.592
 
@@ -13,13 +13,14 @@ TALL_BLOCK = [(4.23, 2.47), (2.65, 2.96), (3.14, 4.56), (4.72, 4.06)]
 
 ABOUT = """
 The box of global illumination: white floor, ceiling and back wall, a red wall on the left, a green one on the right,
-a short and a tall white block, the front open. A point lamp moves in the middle of its upper part, above the tall block.
+a short and a tall white block, the front open. A point lamp moves in the middle of its upper part, above the tall
+block.
 
-The numbers are those measured at the Cornell University Program of Computer Graphics ("The Cornell Box: data"), facts that
-belong to nobody. One millimetre of the original is a hundredth of a metre here, so that the box has the size of a room,
-5.528 × 5.488 × 5.592 m. The slight slants of the measured walls (floor 549.6 to 556.0 mm wide, 559.2 deep) are snapped to a
-right box; there is no opening in the ceiling, because the lamp moves freely; the colours are the customary RGB stand-ins
-for the measured spectra. The blocks are closed solids that stand on the floor.
+The numbers are those measured at the Cornell University Program of Computer Graphics ("The Cornell Box: data"), facts
+that belong to nobody. One millimetre of the original is a hundredth of a metre here, so that the box has the size of
+a room, 5.528 × 5.488 × 5.592 m. The slight slants of the measured walls (floor 549.6 to 556.0 mm wide, 559.2 deep)
+are snapped to a right box; there is no opening in the ceiling, because the lamp moves freely; the colours are the
+customary RGB stand-ins for the measured spectra. The blocks are closed solids that stand on the floor.
 """
 
 

@@ -5,18 +5,19 @@ import math
 
 from scenes import paintings
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import quad, room, square_ring, standing_box
 from scenes.glb import Material
-from scenes.mesh import lathe, merged, moved, quad, room, square_ring, standing_box, tube
-from scenes.ornaments import closed_profile
+from scenes.mesh import moved
+from scenes.round_shapes import lathe, tube
 
 LOW, HIGH = (-4.0, 0.0, -3.0), (4.0, 4.0, 3.0)
 PLANK_SIDE = 1.6  # metres that the floor's picture covers
 
 ABOUT = """
-A room of 8 × 4 × 6 m with a floor of boards, five framed pictures, a bench, a vase and a knot of stone on a plinth. Two
-point lamps and one rectangular lamp, each with a domain of its own: three maps in one file. Floor and pictures are
-textures (sRGB, PNG); the one of `picture_spiral` lies inside the geometry file, the others beside it. All are computed by
-the script.
+A room of 8 × 4 × 6 m with a floor of boards, five framed pictures, a bench, a vase and a knot of stone on a plinth.
+Two point lamps and one rectangular lamp, each with a domain of its own: three maps in one file. Floor and pictures
+are textures (sRGB, PNG); the one of `picture_spiral` lies inside the geometry file, the others beside it. All are
+computed by the script.
 """
 
 # name, function, width, height, centre, turn about y (0: faces +z)
@@ -67,9 +68,10 @@ def knot(centre, size, steps=160):
 
 
 def vase(x, z):
-    outside = [(0.0, 0.0), (0.16, 0.0), (0.17, 0.03), (0.13, 0.08), (0.20, 0.28), (0.27, 0.55), (0.25, 0.76), (0.13, 0.94)]
+    outside = [(0.0, 0.0), (0.16, 0.0), (0.17, 0.03), (0.13, 0.08), (0.20, 0.28), (0.27, 0.55), (0.25, 0.76)]
+    neck = [(0.13, 0.94)]
     lip = [(0.10, 1.02), (0.12, 1.10), (0.17, 1.16), (0.15, 1.16), (0.09, 1.08), (0.08, 1.00), (0.0, 0.96)]
-    return lathe("vase", "vase", outside + lip, 32, (x, 0.0, z))
+    return lathe("vase", "vase", outside + neck + lip, 32, (x, 0.0, z))
 
 
 def furniture():
@@ -94,8 +96,8 @@ def scene():
         Material("floor", (1.0, 1.0, 1.0), texture="floor.png"),
     ]
     textures = {"floor.png": paintings.planks()}
-    shell = room(LOW, HIGH, dict.fromkeys(("floor", "wall_left", "wall_right", "wall_back", "wall_front"), "wall") | {"ceiling": "ceiling"}, ("floor",))
-    meshes = [floor(), *shell]
+    sides = dict.fromkeys(("wall_left", "wall_right", "wall_back", "wall_front"), "wall") | {"ceiling": "ceiling"}
+    meshes = [floor(), *room(LOW, HIGH, sides, open_sides=("floor",))]
     for name, paint, width, height, centre, turn in PICTURES:
         embedded = paint() if name == "spiral" else None
         materials.append(Material(f"picture_{name}", (1.0, 1.0, 1.0), texture=f"{name}.png", embedded=embedded))
@@ -105,7 +107,16 @@ def scene():
     lamps = [
         Light("left_lamp", (60, 54, 44), (-3.2, 2.4, -1.6), (-1.2, 3.4, 1.6), 120, (-2.2, 3.0, -0.6), clearance=0.4),
         Light("right_lamp", (60, 54, 44), (1.2, 2.6, -1.6), (3.2, 3.4, 1.6), 120, (2.4, 3.0, 0.4), clearance=0.4),
-        Light("skylight", (90, 100, 115), (-0.6, 3.2, -0.6), (0.6, 3.5, 0.6), 80, (0.0, 3.4, 0.0), size=(1.6, 0.8), clearance=0.4),
+        Light(
+            name="skylight",
+            power=(90, 100, 115),
+            domain_min=(-0.6, 3.2, -0.6),
+            domain_max=(0.6, 3.5, 0.6),
+            samples=80,
+            position=(0.0, 3.4, 0.0),
+            size=(1.6, 0.8),
+            clearance=0.4,
+        ),
     ]
     cameras = [
         Camera("entrance", (2.9, 1.65, 2.75), (-0.55, 1.45, -2.0), 62.0, (640, 480)),

@@ -3,11 +3,9 @@
 
 import math
 
-from scenes.mesh import Mesh, ball_profile, normalized, slab
-
-
-def raised(profile, y):
-    return [(r, h + y) for r, h in profile]
+from scenes.flat_shapes import slab
+from scenes.mesh import Mesh, normalized
+from scenes.round_shapes import ball_profile
 
 
 def scaled_profile(profile, factor):

@@ -28,7 +28,8 @@ def planks(size=384, lines=6):
         if inside == 0 or (x + shift) % (size // 2) == 0:
             return (52, 33, 20)
         tint = noise(board, 20 + piece)
-        wave = math.sin(2.0 * math.pi * (3.0 * inside * lines / size + 0.35 * math.sin(2.0 * math.pi * (x / size + tint))) + 9.0 * tint)
+        bend = 0.35 * math.sin(2.0 * math.pi * (x / size + tint))
+        wave = math.sin(2.0 * math.pi * (3.0 * inside * lines / size + bend) + 9.0 * tint)
         level = round(3.0 * (0.5 + 0.5 * wave) + 3.0 * tint) / 6.0
         return mixed((112, 72, 40), (166, 116, 68), level)
 
@@ -38,7 +39,7 @@ def planks(size=384, lines=6):
 def blocks(width=256, height=192):
     """Coloured fields between black bars."""
     columns, rows = (0.0, 0.14, 0.52, 0.81, 1.0), (0.0, 0.30, 0.62, 0.86, 1.0)
-    fields = {(1, 0): (196, 40, 30), (3, 1): (240, 196, 44), (0, 2): (30, 70, 150), (2, 3): (28, 62, 132), (2, 0): (226, 220, 206)}
+    fields = {(1, 0): (196, 40, 30), (3, 1): (240, 196, 44), (0, 2): (30, 70, 150), (2, 3): (28, 62, 132)}
 
     def pixel(x, y):
         u, v = x / width, y / height

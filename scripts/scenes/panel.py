@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A room with the places where a bake by cells goes wrong first: a board before its wall, a table, a floor on a border."""
+"""A room where a bake by cells goes wrong first: a board before its wall, a table, a floor on a border."""
 
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import box, room, standing_box
 from scenes.glb import Material
-from scenes.mesh import box, room, standing_box
 
 ABOUT = """
-A room of 4 × 2.8 × 5 m. A board of 2 × 1 m, 2 cm thick, hangs with its back 1 cm before the back wall: board and wall share
-their cells, and no light gets behind the board. A table and closed boxes stand on the floor: their undersides and the floor
-below them share cells with lit surfaces. The floor is a slab of 0.2 m; with cells of 0.1 m its top, y = 0, lies exactly on
-a border between cells.
+A room of 4 × 2.8 × 5 m. A board of 2 × 1 m, 2 cm thick, hangs with its back 1 cm before the back wall: board and wall
+share their cells, and no light gets behind the board. A table and closed boxes stand on the floor: their undersides
+and the floor below them share cells with lit surfaces. The floor is a slab of 0.2 m; with cells of 0.1 m its top, y =
+0, lies exactly on a border between cells.
 """
 
 

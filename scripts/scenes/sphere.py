@@ -3,13 +3,13 @@
 
 from scenes.description import Camera, Description, Light, Scene
 from scenes.glb import Material
-from scenes.mesh import icosphere
+from scenes.round_shapes import icosphere
 
 ABOUT = """
-The inside of a grey diffuse sphere of radius 1 m (an icosphere of five subdivisions, faces inwards, flat). Whatever the
-lamp's place, the indirect irradiance of a true sphere is the same everywhere: ρΦ / ((1 − ρ) 4πR²), which with albedo
-ρ = 0.5 is Φ / (4π). So every coefficient of the cubic but the constant must vanish, within the noise of the photons. The area of the
-polyhedron is a trifle smaller than 4πR²; its vertices lie on the sphere.
+The inside of a grey diffuse sphere of radius 1 m (an icosphere of five subdivisions, faces inwards, flat). Whatever
+the lamp's place, the indirect irradiance of a true sphere is the same everywhere: ρΦ / ((1 − ρ) 4πR²), which with
+albedo ρ = 0.5 is Φ / (4π). So every coefficient of the cubic but the constant must vanish, within the noise of the
+photons. The vertices lie on the sphere, so the polyhedron's area is a trifle (0.03 %) smaller than 4πR².
 """
 
 

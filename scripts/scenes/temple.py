@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A temple in a colonnade open to the sky; the lamp moves in the court, above the altar."""
 
+import math
+
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import box, prism, square_ring, standing_box
 from scenes.glb import Material
-from scenes.mesh import ball, box, lathe, moved, prism, square_ring, standing_box
+from scenes.mesh import moved
+from scenes.round_shapes import ball, lathe
 from scenes.ornaments import (
-    bowl_profile, closed_profile, cypress_profile, flattened, raised, scaled_profile, statue_profile, tiled_slope,
+    bowl_profile, closed_profile, cypress_profile, flattened, scaled_profile, statue_profile, tiled_slope,
     urn_profile,
 )  # fmt: skip
 
@@ -14,13 +18,13 @@ SPACING = 2.64  # between the columns of the colonnade
 CELLA = 1.35  # height of the temple's own floor
 
 ABOUT = """
-A square colonnade on three steps, open to the sky, its front half in ruins, and in its rear half a small temple: four columns before a cella with a
-cult statue, a painted frieze, a gabled roof of terracotta. In the court an altar on a mosaic, statues, bronze braziers and
-urns; cypresses at the corners. The lamp moves in the air above the altar.
+A square colonnade on three steps, open to the sky, its front half in ruins, and in its rear half a small temple: four
+columns before a cella with a cult statue, a painted frieze, a gabled roof of terracotta. In the court an altar on a
+mosaic, statues, bronze braziers and urns; cypresses at the corners. The lamp moves in the air above the altar.
 
-**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (97, 9,674, 19,230; each ± 5 %), the
-grid (44,100 cells), photons (40,000) and lamp positions (182) that C.-H. Lin's thesis (2005) states for its temple; it is
-not the thesis' model, which was never published. The cameras follow the thesis' captions.
+**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (97, 9,674, 19,230; each ± 5 %),
+the grid (44,100 cells), photons (40,000) and lamp positions (182) that C.-H. Lin's thesis (2005) states for its
+temple; it is not the thesis' model, which was never published. The cameras follow the thesis' captions.
 
 Lamp positions of the thesis' figures 28–30 (our stand-ins; the thesis does not print its numbers):
 
@@ -61,8 +65,9 @@ def column_profile(height):
     """Base, shaft and echinus in one."""
     base = [(0.46, 0.0), (0.50, 0.07), (0.46, 0.14), (0.385, 0.17), (0.365, 0.28)]
     shaft = [(0.355, 0.38 * height), (0.335, 0.68 * height), (0.30, height - 0.42)]
-    neck = [(0.335, height - 0.37), (0.305, height - 0.31), (0.33, height - 0.20), (0.445, height - 0.07), (0.46, height)]
-    return closed_profile(base + shaft + neck)
+    neck = [(0.335, height - 0.37), (0.305, height - 0.31), (0.33, height - 0.20)]
+    echinus = [(0.445, height - 0.07), (0.46, height)]
+    return closed_profile(base + shaft + neck + echinus)
 
 
 def column(name, x, floor, z, height):
@@ -150,8 +155,10 @@ def temple_house():
         box("cella_back", "marble", (-3.9, CELLA, -5.55), (3.9, 6.35, -5.2)),
         standing_box("cella_ceiling", "limestone", (0.0, 6.6, -3.15), (7.4, 0.25, 4.2)),
     ]
-    rings = (("architrave", "limestone", 4.05, 6.35, 6.85), ("frieze", "frieze", 3.98, 6.85, 7.30), ("cornice", "marble", 4.3, 7.30, 7.48))
-    for name, material, half, y0, y1 in rings:
+    for name, material, half, y0, y1 in (
+        ("architrave", "limestone", 4.05, 6.35, 6.85), ("frieze", "frieze", 3.98, 6.85, 7.30),
+        ("cornice", "marble", 4.3, 7.30, 7.48),
+    ):  # fmt: skip
         ring = square_ring(f"temple_{name}", material, (half, half - 1.25), (3.30, 2.05), y0, y1)
         parts.append(moved(ring, (0.0, 0.0, -3.15)))
     return parts + roof()
@@ -166,10 +173,9 @@ def roof():
     ridge.normals = [(x, z, y) for x, y, z in ridge.normals]
     ridge.triangles = [(a, c, b) for a, b, c in ridge.triangles]
     parts = [gable, moved(gable, (0.0, 0.0, -5.36), name="gable_back"), slope]
-    parts += [moved(slope, (0.0, 0.0, -6.3), turn=3.141592653589793, name="roof_left"), ridge]
+    parts += [moved(slope, (0.0, 0.0, -6.3), turn=math.pi, name="roof_left"), ridge]
     for name, x, y in (("left", -4.45, 7.62), ("middle", 0.0, 9.38), ("right", 4.45, 7.62)):
-        profile = raised(scaled_profile(urn_profile(1.0), 0.75), 0.0)
-        parts.append(lathe(f"acroterion_{name}", "gold", profile, 10, (x, y, -0.35)))
+        parts.append(lathe(f"acroterion_{name}", "gold", urn_profile(0.75), 10, (x, y, -0.35)))
     return parts
 
 
@@ -191,7 +197,7 @@ def figures():
     for k, (x, z) in enumerate(((-4.7, 1.0), (4.7, 1.0), (-4.7, 4.5), (4.7, 4.5)), 1):
         parts.append(standing_box(f"pedestal_{k}", "marble", (x, COURT, z), (0.85, 0.9, 0.85)))
         figure = flattened(lathe(f"statue_{k}", "statue", statue_profile(), 15), 0.75)
-        parts.append(moved(figure, (x, COURT + 0.9, z), turn=1.5707963267948966))
+        parts.append(moved(figure, (x, COURT + 0.9, z), turn=0.5 * math.pi))
     idol = lathe("cult_statue", "gold", scaled_profile(statue_profile(), 1.35), 15)
     parts.append(moved(flattened(idol, 0.75), (0.0, CELLA, -4.5)))
     for k, x in enumerate((-2.6, 2.6), 1):

@@ -2,19 +2,23 @@
 """Two rooms parted by a wall much thinner than a cell; the lamp stays in one of them."""
 
 from scenes.description import Camera, Description, Light, Scene
+from scenes.flat_shapes import box, room
 from scenes.glb import Material
-from scenes.mesh import box, room
 
 ABOUT = """
-Two rooms of 3 × 2.5 × 3 m side by side, parted by a wall of 2 cm in a grid of 12.5 cm cells: both faces of the wall lie in
-the same layer of cells, well inside it. The lamp roams in the left room only (x < 3), and no light can reach the right one:
-whatever irradiance is seen there has leaked through the cells. Floor, ceiling and long walls are single quads that run
-through under both rooms.
+Two rooms of 3 × 2.5 × 3 m side by side, parted by a wall of 2 cm in a grid of 12.5 cm cells: both faces of the wall
+lie in the same layer of cells, well inside it. The lamp roams in the left room only (x < 3), and no light can reach
+the right one: whatever irradiance is seen there has leaked through the cells. Floor, ceiling and long walls are
+single quads that run through under both rooms.
 """
 
 
 def scene():
-    materials = [Material("plaster", (0.7, 0.7, 0.7)), Material("floor", (0.5, 0.42, 0.33)), Material("wall", (0.7, 0.6, 0.45))]
+    materials = [
+        Material("plaster", (0.7, 0.7, 0.7)),
+        Material("floor", (0.5, 0.42, 0.33)),
+        Material("wall", (0.7, 0.6, 0.45)),
+    ]
     sides = dict.fromkeys(("ceiling", "wall_left", "wall_right", "wall_back", "wall_front"), "plaster")
     shell = room((0.0, 0.0, 0.0), (6.02, 2.5, 3.0), sides | {"floor": "floor"})
     wall = box("thin_wall", "wall", (3.0, 0.0, 0.0), (3.02, 2.5, 3.0))
