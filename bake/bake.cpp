@@ -219,9 +219,9 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
     lines.push_back(fmt::format("{} of {} cells: no surface that light reaches", cells.grid.cell_count() - cells.index.cell_count(),
                                 cells.grid.cell_count()));
     if (scene.grid.reachable_area_only)
-        lines.push_back(fmt::format("{:.4g} of {:.4g} m² of surface (both sides): no light reaches it ({:.2g} m² kept "
-                                    "undecided by {} photons)", cells.surface_area - cells.counted_area,
-                                    cells.surface_area, cells.undecided_area, cells.deciding_photons));
+        lines.push_back(fmt::format("{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
+                                    "doubling them moved {:.2g} m²)", cells.surface_area - cells.counted_area,
+                                    cells.surface_area, cells.deciding_photons, cells.moved_area));
     const auto facings = cells_by_facing(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)
         if (facings[f].cells.empty()) lines.push_back(fmt::format("facing {}: occurs nowhere", facing_name(cells.grid, f)));

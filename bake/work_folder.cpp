@@ -101,7 +101,7 @@ std::optional<Cells> WorkFolder::read_cells() const {
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
     cells.counted_area = file.number("counted_area");
-    cells.undecided_area = file.number("undecided_area");
+    cells.moved_area = file.number("moved_area");
     cells.deciding_photons = uint64_t(file.number("deciding_photons"));
     return cells;
 }
@@ -116,7 +116,7 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["left_out_fragments"] = pack(cells.left_out);
     m["surface_area"] = cells.surface_area;
     m["counted_area"] = cells.counted_area;
-    m["undecided_area"] = cells.undecided_area;
+    m["moved_area"] = cells.moved_area;
     m["deciding_photons"] = double(cells.deciding_photons);
     const auto facings = cells_by_facing(cells.patches);
     const int grids = int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));

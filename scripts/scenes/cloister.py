@@ -26,11 +26,12 @@ A court of 15 × 7 m with a fountain, lawns, cypresses and pots; around it walks
 on fluted columns, under tiled roofs that slope to the court; over one corner a belfry. The lamp moves over the court
 and shines through the arches into the walks.
 
-**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (81, 40,939, 81,410; each ± 5
-%), the grid (61,712 cells), photons (30,000) and lamp positions (96) that C.-H. Lin's thesis (2005) states for its
-cloister; it is not the thesis' model, which was never published. The cameras follow the thesis' captions.
+**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (81, 40,939, 81,410; each within
+5 %), the grid (61,712 cells), photons (30,000) and lamp positions (96) that C.-H. Lin's thesis (2005) states for its
+cloister; it is not the thesis' model. The cameras are named after the thesis' figures; where they stand is our
+choice.
 
-Lamp positions of the thesis' figures 31–33 (our stand-ins; the thesis does not print its numbers):
+Lamp positions of the thesis' figures 31–33 (our stand-ins):
 
 | figure | camera | first | second | third |
 |---|---|---|---|---|

@@ -16,9 +16,9 @@ The box of global illumination: white floor, ceiling and back wall, a red wall o
 a short and a tall white block, the front open. A point lamp moves in the middle of its upper part, above the tall
 block.
 
-The numbers are those measured at the Cornell University Program of Computer Graphics ("The Cornell Box: data"), facts
-that belong to nobody. One millimetre of the original is a hundredth of a metre here, so that the box has the size of
-a room, 5.528 × 5.488 × 5.592 m. The slight slants of the measured walls (floor 549.6 to 556.0 mm wide, 559.2 deep)
+The numbers are the measured ones of the Cornell University Program of Computer Graphics ("The Cornell Box: data"),
+which are facts; the model file is ours. One millimetre of the original is a hundredth of a metre here, so that the
+box has the size of a room, 5.528 × 5.488 × 5.592 m. The slight slants of the measured walls (549.6 to 556.0 mm apart)
 are snapped to a right box; there is no opening in the ceiling, because the lamp moves freely; the colours are the
 customary RGB stand-ins for the measured spectra. The blocks are closed solids that stand on the floor.
 """

@@ -22,11 +22,11 @@ A square colonnade on three steps, open to the sky, its front half in ruins, and
 columns before a cella with a cult statue, a painted frieze, a gabled roof of terracotta. In the court an altar on a
 mosaic, statues, bronze braziers and urns; cypresses at the corners. The lamp moves in the air above the altar.
 
-**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (97, 9,674, 19,230; each ± 5 %),
-the grid (44,100 cells), photons (40,000) and lamp positions (182) that C.-H. Lin's thesis (2005) states for its
-temple; it is not the thesis' model, which was never published. The cameras follow the thesis' captions.
+**A stand-in.** The model is ours, with the counts of objects, vertices and triangles (97, 9,674, 19,230; each within
+5 %), the grid (44,100 cells), photons (40,000) and lamp positions (182) that C.-H. Lin's thesis (2005) states for its
+temple; it is not the thesis' model. The cameras are named after the thesis' figures; where they stand is our choice.
 
-Lamp positions of the thesis' figures 28–30 (our stand-ins; the thesis does not print its numbers):
+Lamp positions of the thesis' figures 28–30 (our stand-ins):
 
 | figure | camera | first | second | third |
 |---|---|---|---|---|

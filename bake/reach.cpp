@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/reach.h"
+
+#include <atomic>
+#include <boost/math/special_functions/beta.hpp>
+#include <span>
+
+#include "common/core/parallel.h"
+#include "common/core/progress.h"
+#include "common/transport/photon.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
+constexpr uint64_t kPhotonBlock = 4096;
+constexpr double kMovedShare = 1e-3;   // of the area: the verdicts have settled
+
+// Fragments of one cell stand together; this finds them by cell.
+class FragmentTable {
+  public:
+    FragmentTable(const CellGrid& grid, const std::vector<Fragment>& fragments) : fragments_(fragments) {
+        std::vector<Patch> cells;
+        for (std::size_t i = 0; i < fragments.size(); ++i)
+            if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) {
+                cells.push_back({cell_of(grid, fragments[i].key), 0, 0});
+                start_.push_back(i);
+            }
+        start_.push_back(fragments.size());
+        index_ = PatchIndex(grid, cells);
+    }
+    std::size_t cell_count() const { return start_.size() - 1; }
+    std::size_t begin_of(std::size_t cell) const { return start_[cell]; }
+    std::size_t end_of(std::size_t cell) const { return start_[cell + 1]; }
+
+    // Number of the fragment; fragments.size() if there is none.
+    std::size_t find(const Index3& cell, const FragmentKey& key) const {
+        const int number = index_.find(cell, 0);
+        if (number < 0) return fragments_.size();
+        const auto begin = fragments_.begin() + std::ptrdiff_t(start_[number]);
+        const auto end = fragments_.begin() + std::ptrdiff_t(start_[number + 1]);
+        const auto found = std::ranges::lower_bound(begin, end, key, {}, &Fragment::key);
+        return found != end && found->key == key ? std::size_t(found - fragments_.begin()) : fragments_.size();
+    }
+
+  private:
+    const std::vector<Fragment>& fragments_;
+    std::vector<std::size_t> start_;
+    PatchIndex index_;
+};
+
+int main_facing(const Fragment& fragment) {
+    return int(std::ranges::max_element(fragment.facing_area) - fragment.facing_area.begin());
+}
+
+class Pass {
+  public:
+    Pass(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
+         const std::vector<Fragment>& fragments, const PositionFilter& allowed)
+        : scene_(scene), caster_(caster), surface_(surface), fragments_(fragments), allowed_(allowed),
+          table_(surface.grid(), fragments), hits_(fragments.size()), dark_(fragments.size()) {
+        for (const Fragment& f : fragments) facing_.push_back(uint8_t(main_facing(f)));
+    }
+
+    Reach run(uint64_t most_photons) {
+        double area = 0;
+        for (const Fragment& f : fragments_) area += f.area;
+        Reach reach;
+        for (uint64_t until = kFirstPhotons;; until *= 2) {
+            shoot(until);
+            const std::vector<uint8_t> before = dark_;
+            parallel_for(table_.cell_count(), [&](std::size_t cell) { judge_cell(cell); });
+            reach.moved_area = 0;
+            for (std::size_t f = 0; f < dark_.size(); ++f)
+                if (dark_[f] != before[f]) reach.moved_area += fragments_[f].area;
+            if ((until > kFirstPhotons && reach.moved_area < kMovedShare * area) || 2 * until > most_photons) break;
+        }
+        reach.dark.assign(dark_.begin(), dark_.end());
+        reach.hits = std::move(hits_);
+        reach.photons = photons_;
+        return reach;
+    }
+
+  private:
+    Vec3 lamp_position(const Light& light, uint64_t photon) const {
+        RandomStream random(scene_.bake.seed, RandomPurpose::reach_lamp, 0, photon);
+        Vec3 position = light.position;
+        for (int attempt = 0; attempt < 64; ++attempt) {
+            const Vec3 size = light.domain.max - light.domain.min;
+            for (int axis = 0; axis < 3; ++axis) position[axis] = light.domain.min[axis] + size[axis] * random.next();
+            if (allowed_(position)) break;
+        }
+        return position;
+    }
+
+    void shoot(uint64_t until) {
+        Progress progress("looking where light reaches", until - photons_);
+        const uint64_t first = photons_ / kPhotonBlock, blocks = until / kPhotonBlock - first;
+        parallel_for(blocks, [&](std::size_t block) {
+            EnergyAccount ignored;
+            for (uint64_t photon = (first + block) * kPhotonBlock; photon < (first + block + 1) * kPhotonBlock; ++photon) {
+                const Light& light = scene_.lights[photon % scene_.lights.size()];
+                RandomStream random(scene_.bake.seed, RandomPurpose::reach, 0, photon);
+                trace_photon(scene_, caster_, light, lamp_position(light, photon), random,
+                             [&](const Landing& landing) { count(landing.surface); }, ignored);
+            }
+            progress.advance(kPhotonBlock);
+        });
+        photons_ = until;
+    }
+
+    void count(const SurfacePoint& s) {
+        const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
+        if (!fine) return;
+        const std::size_t f = table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
+        if (f < hits_.size()) std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
+    }
+
+    // What a fragment shares with others of its cell and facing at each level, coarse to fine.
+    static constexpr int kLevels = 5;
+    uint64_t union_of(std::size_t f, int level) const {
+        const FragmentKey& key = fragments_[f].key;
+        const uint64_t object = scene_.geometry.triangles[key.triangle].object, side = key.place & 1;
+        const int in = key.place >> 1, x = in / (kFinePerCell * kFinePerCell), y = in / kFinePerCell % kFinePerCell,
+                  z = in % kFinePerCell, half = kFinePerCell / 2;
+        const auto octant = uint64_t((x / half * 2 + y / half) * 2 + z / half);
+        switch (level) {
+            case 0: return object << 8 | side;
+            case 1: return uint64_t(key.triangle) << 8 | side;
+            case 2: return object << 8 | octant << 1 | side;
+            case 3: return object << 8 | key.place;
+            default: return uint64_t(key.triangle) << 8 | key.place;
+        }
+    }
+
+    void judge_cell(std::size_t cell) {
+        const std::size_t begin = table_.begin_of(cell), end = table_.end_of(cell);
+        std::array<double, kFacingCount> hits{}, area{};
+        for (std::size_t f = begin; f < end; ++f) {
+            hits[facing_[f]] += hits_[f];
+            area[facing_[f]] += fragments_[f].area;
+            dark_[f] = 0;
+        }
+        std::vector<std::size_t> order(end - begin);
+        for (std::size_t i = 0; i < order.size(); ++i) order[i] = begin + i;
+        for (int level = 0; level < kLevels; ++level) {
+            const auto group = [&](std::size_t f) { return std::pair(facing_[f], union_of(f, level)); };
+            std::ranges::sort(order, {}, [&](std::size_t f) { return std::pair(group(f), f); });
+            for (std::size_t i = 0; i < order.size();) {
+                std::size_t j = i;
+                while (j < order.size() && group(order[j]) == group(order[i])) ++j;
+                const int facing = facing_[order[i]];
+                judge_union(std::span(order).subspan(i, j - i), hits[facing], area[facing]);
+                i = j;
+            }
+        }
+    }
+
+    // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it with
+    // probability p.
+    void judge_union(std::span<const std::size_t> fragments, double n, double whole_area) {
+        double own = 0, area = 0;
+        for (const std::size_t f : fragments) own += hits_[f], area += fragments_[f].area;
+        const double rest = whole_area - area;
+        if (own >= n || rest <= 1e-6 * whole_area) return;   // nothing brighter in the cell: nothing to leave out
+        const double p = kDarkShare * area / (kDarkShare * area + rest);
+        if (own < n * p && boost::math::ibetac(own + 1, n - own, p) < kDoubt)   // P(X <= own)
+            for (const std::size_t f : fragments) dark_[f] = 1;
+    }
+
+    const Scene& scene_;
+    const RayCaster& caster_;
+    const SurfaceCells& surface_;
+    const std::vector<Fragment>& fragments_;
+    const PositionFilter& allowed_;
+    FragmentTable table_;
+    std::vector<uint32_t> hits_;
+    std::vector<uint8_t> dark_, facing_;   // bytes: written by several threads
+    uint64_t photons_ = 0;
+};
+
+}  // namespace
+
+Reach find_reach(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
+                 const std::vector<Fragment>& fragments, const PositionFilter& allowed, uint64_t most_photons) {
+    return Pass(scene, caster, surface, fragments, allowed).run(most_photons);
+}
+
+}  // namespace pim
