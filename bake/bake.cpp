@@ -76,6 +76,9 @@ class Bake {
         if (scene_.bake.robust == Robust::automatic) log_debug("robust = \"auto\": no robust fit exists yet, so it is off");
         IlluminationMap map = empty_map();
         for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
+        map.left_out = left_out(scene_, cells_);
+        if (const std::size_t dark = drop_dark_patches(map))
+            map.left_out.push_back(fmt::format("{} of {} patches: no photon reached them", dark, cells_.patches.size()));
         write_map(output_, map, scene_.geometry.origin);
         note_seconds("fit_seconds", watch.seconds());
         report_account();
@@ -109,7 +112,6 @@ class Bake {
         const fs::path folder = fs::absolute(output_).parent_path();
         map.geometry_path = fs::relative(fs::absolute(scene_.geometry_file), folder).generic_string();
         map.geometry_hash = scene_.geometry_hash;
-        map.left_out = left_out(scene_, cells_);
         return map;
     }
 

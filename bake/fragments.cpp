@@ -35,6 +35,17 @@ double polygon_area(const Polygon& p) {
     return 0.5 * sum.length();
 }
 
+Vec3d centroid(const Polygon& p) {
+    Vec3d sum(0);
+    double total = 0;
+    for (std::size_t i = 1; i + 1 < p.size(); ++i) {
+        const double area = (p[i] - p[0]).cross(p[i + 1] - p[0]).length();
+        sum += (p[0] + p[i] + p[i + 1]) * (area / 3);
+        total += area;
+    }
+    return total > 0 ? sum / total : p[0];
+}
+
 class Cutter {
   public:
     Cutter(const Scene& scene, const SurfaceCells& cells, uint32_t triangle, std::vector<Fragment>& out)
@@ -81,7 +92,7 @@ class Cutter {
     void finish(const Polygon& polygon) {
         const double whole = polygon_area(polygon);
         if (!(whole > 0)) return;
-        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), {}};
+        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), Vec3(centroid(polygon)), {}};
         const auto& v = geometry_.triangles[triangle_].vertices;
         if (geometry_.normals[v[0]] == Vec3(0)) {
             add_facings(fragment, shading_normal(geometry_, triangle_, side_, 0, 0), whole);
@@ -153,6 +164,8 @@ std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells&
     std::size_t kept = 0;
     for (std::size_t i = 1; i < all.size(); ++i) {
         if (all[i].key == all[kept].key) {
+            const float share = all[i].area / (all[kept].area + all[i].area);
+            all[kept].centre += (all[i].centre - all[kept].centre) * share;
             all[kept].area += all[i].area;
             for (int f = 0; f < kFacingCount; ++f) all[kept].facing_area[f] += all[i].facing_area[f];
         } else {

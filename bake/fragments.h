@@ -19,6 +19,7 @@ struct FragmentKey {
 struct Fragment {
     FragmentKey key;
     float area;                                         // m², exact but for rounding
+    Vec3 centre;                                        // centroid, local, m
     std::array<float, kFacingCount> facing_area{};      // its share per facing, by the shading normals
 };
 

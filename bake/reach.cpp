@@ -23,7 +23,7 @@ class FragmentTable {
         std::vector<Patch> cells;
         for (std::size_t i = 0; i < fragments.size(); ++i)
             if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) {
-                cells.push_back({cell_of(grid, fragments[i].key), 0, 0});
+                cells.push_back({cell_of(grid, fragments[i].key), 0, 0, Vec3(0)});
                 start_.push_back(i);
             }
         start_.push_back(fragments.size());

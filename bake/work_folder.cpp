@@ -51,6 +51,11 @@ void check_settings(const VdbReader& file, const std::string& settings, const fs
                                 "another file with -o", path.string()));
 }
 
+int used_facings(const std::vector<Patch>& patches) {
+    const auto facings = cells_by_facing(patches);
+    return int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
+}
+
 std::string stem_of(Component component, const CellGrid& grid, int facing) {
     return fmt::format("{}/{}", name(component), facing_name(grid, facing));
 }
@@ -89,14 +94,7 @@ std::optional<Cells> WorkFolder::read_cells() const {
     Cells cells;
     cells.grid = {file.vector("grid_local_corner"), file.number("grid_cell_size"), Index3(file.vector("grid_size")),
                   file.number("grid_facings") != 0};
-    for (int f = 0; f < kFacingCount; ++f) {
-        const std::string grid = "area/" + facing_name(cells.grid, f);
-        if (!file.has(grid) || (f > 0 && !cells.grid.facings)) continue;
-        const auto active = file.active_cells(grid);
-        const auto areas = file.values(grid, active, 1);
-        for (std::size_t i = 0; i < active.size(); ++i) cells.patches.push_back({active[i], f, areas[i]});
-    }
-    std::ranges::sort(cells.patches, patch_before);
+    cells.patches = read_patches(file, cells.grid);
     cells.index = PatchIndex(cells.grid, cells.patches);
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
@@ -118,16 +116,11 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["counted_area"] = cells.counted_area;
     m["moved_area"] = cells.moved_area;
     m["deciding_photons"] = double(cells.deciding_photons);
-    const auto facings = cells_by_facing(cells.patches);
-    const int grids = int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
     write_atomically(path_ / "cells.vdb", [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), grids);
-        for (int f = 0; f < kFacingCount; ++f) {
-            if (facings[f].cells.empty()) continue;
-            std::vector<float> areas;
-            for (const uint32_t p : facings[f].patches) areas.push_back(cells.patches[p].area);
-            writer.add("area/" + facing_name(cells.grid, f), facings[f].cells, areas, 1);
-        }
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_facings(cells.patches));
+        write_patches(cells.patches, cells.grid, [&](const auto& grid, const auto& active, const auto& values, int channels) {
+            writer.add(grid, active, values, channels);
+        });
         writer.finish();
     });
 }
@@ -159,9 +152,8 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     m["flux_absorbed"] = a.absorbed_flux, m["flux_escaped"] = a.escaped_flux, m["flux_cut_off"] = a.cut_off_flux;
     m["flux_normals"] = a.normals_flux, m["flux_squared"] = a.squared_flux;
     const auto facings = cells_by_facing(cells.patches);
-    const int used = int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
     write_atomically(file_of(scene, sample), [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used * int(scene.bake.components.size()));
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_facings(cells.patches) * int(scene.bake.components.size()));
         for (const Component c : scene.bake.components)
             for (int f = 0; f < kFacingCount; ++f) {
                 if (facings[f].cells.empty()) continue;

@@ -74,6 +74,7 @@ struct Patch {
     Index3 cell;
     int facing;
     float area;      // m², that counts
+    Vec3 centre;     // centroid of that area, from the cell's centre, m
 };
 
 // Patches by cell and facing. Patches are sorted by cell (x slowest), then facing.

@@ -4,6 +4,16 @@
 #include <cmath>
 
 namespace pim {
+namespace {
+
+// 1 up to a quarter of a cell from the tangent plane, kLeast from three quarters on, smooth between.
+float plane_factor(float distance_in_cells) {
+    constexpr float kLeast = 1e-4f;
+    const float t = std::clamp((0.75f - std::abs(distance_in_cells)) * 2, 0.0f, 1.0f);
+    return std::max(kLeast, t * t * (3 - 2 * t));
+}
+
+}  // namespace
 
 Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,
                   const Vec3& normal) {
@@ -18,11 +28,14 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
         const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
         const auto* patches = map.index.find_cell(low + step);
         if (!patches) continue;
+        const Vec3 from_centre(Vec3d(position) - map.grid.centre(low + step));
         const float t = (step.x ? f.x : 1 - f.x) * (step.y ? f.y : 1 - f.y) * (step.z ? f.z : 1 - f.z);
         for (int k = 0; k < kFacingCount; ++k) {
             const int patch = (*patches)[k];
             if (patch < 0 || !(facing.weight[k] > 0)) continue;
-            const float weighted = t * map.patches[patch].area;
+            const Patch& p = map.patches[patch];
+            const float distance = normal.dot(p.centre - from_centre) / float(map.grid.cell_size);
+            const float weighted = t * p.area * plane_factor(distance);
             area[k] += weighted;
             flux[k] += values[patch] * weighted;
         }

@@ -39,16 +39,13 @@ bool all_zero(const std::vector<float>& values) {
     return std::ranges::all_of(values, [](float v) { return v == 0; });
 }
 
-// Calls visit(grid, facing) for every grid that is written of a map, in order.
-template <class Visit>
-void for_each_grid(const IlluminationMap& map, Visit visit) {
+// Calls visit for every grid that is written of a map, in order.
+void for_each_grid(const IlluminationMap& map, const PatchGridVisitor& visit) {
+    write_patches(map.patches, map.grid, visit);
     const auto facings = cells_by_facing(map.patches);
     for (int f = 0; f < kFacingCount; ++f) {
         if (facings[f].cells.empty()) continue;
         const std::string facing = facing_name(map.grid, f);
-        GridToWrite area{"area/" + facing, {}, 1};
-        for (const uint32_t patch : facings[f].patches) area.values.push_back(map.patches[patch].area);
-        visit(area, facings[f]);
         for (const MapLight& light : map.lights)
             for (std::size_t b = 0; b < light.boxes.size(); ++b)
                 for (const Component component : map.components) {
@@ -56,11 +53,12 @@ void for_each_grid(const IlluminationMap& map, Visit visit) {
                     const std::string stem = stem_of(light.name, b, component, facing);
                     for (std::size_t t = 0; t < p.terms.size(); ++t) {
                         const GridToWrite grid = term_values(map, term_grid(stem, p.terms[t]), p, t, facings[f]);
-                        if (p.terms[t] == kConstantTerm || !all_zero(grid.values)) visit(grid, facings[f]);
+                        if (p.terms[t] == kConstantTerm || !all_zero(grid.values))
+                            visit(grid.name, facings[f].cells, grid.values, grid.channels);
                     }
                     GridToWrite residual{stem + "/residual", {}, 1};
                     for (const uint32_t patch : facings[f].patches) residual.values.push_back(p.residuals[patch]);
-                    visit(residual, facings[f]);
+                    visit(residual.name, facings[f].cells, residual.values, residual.channels);
                 }
     }
 }
@@ -180,17 +178,6 @@ void check_complete(const VdbReader& file, const std::filesystem::path& path) {
         if (!file.has(grid)) throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), grid));
 }
 
-void read_patches(const VdbReader& file, IlluminationMap& map) {
-    for (int f = 0; f < (map.grid.facings ? kFacingCount : 1); ++f) {
-        const std::string area = "area/" + facing_name(map.grid, f);
-        if (!file.has(area)) continue;
-        const auto cells = file.active_cells(area);
-        const auto areas = file.values(area, cells, 1);
-        for (std::size_t i = 0; i < cells.size(); ++i) map.patches.push_back({cells[i], f, areas[i]});
-    }
-    std::ranges::sort(map.patches, patch_before);
-    map.index = PatchIndex(map.grid, map.patches);
-}
 
 }  // namespace
 
@@ -203,17 +190,46 @@ std::array<FacingCells, kFacingCount> cells_by_facing(const std::vector<Patch>& 
     return facings;
 }
 
+std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid) {
+    std::vector<Patch> patches;
+    for (int f = 0; f < (grid.facings ? kFacingCount : 1); ++f) {
+        const std::string area = "area/" + facing_name(grid, f);
+        if (!file.has(area)) continue;
+        const auto cells = file.active_cells(area);
+        const auto areas = file.values(area, cells, 1);
+        const auto centres = file.values("centre/" + facing_name(grid, f), cells, 3);
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            patches.push_back({cells[i], f, areas[i], {centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]}});
+    }
+    std::ranges::sort(patches, patch_before);
+    return patches;
+}
+
+void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, const PatchGridVisitor& write) {
+    const auto facings = cells_by_facing(patches);
+    for (int f = 0; f < kFacingCount; ++f) {
+        if (facings[f].cells.empty()) continue;
+        std::vector<float> areas, centres;
+        for (const uint32_t p : facings[f].patches) {
+            areas.push_back(patches[p].area);
+            centres.insert(centres.end(), {patches[p].centre.x, patches[p].centre.y, patches[p].centre.z});
+        }
+        write("area/" + facing_name(grid, f), facings[f].cells, areas, 1);
+        write("centre/" + facing_name(grid, f), facings[f].cells, centres, 3);
+    }
+}
+
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin) {
     return {origin + grid.centre({0, 0, 0}), grid.cell_size};
 }
 
 void write_map(const std::filesystem::path& path, const IlluminationMap& map, const Vec3d& origin) {
     std::vector<std::string> grids;
-    for_each_grid(map, [&](const GridToWrite& grid, const FacingCells&) { grids.push_back(grid.name); });
+    for_each_grid(map, [&](const std::string& grid, const auto&, const auto&, int) { grids.push_back(grid); });
     write_atomically(path, [&](const std::filesystem::path& temporary) {
         VdbWriter writer(temporary, metadata_of(map, origin, grids), transform_of(map.grid, origin), int(grids.size()));
-        for_each_grid(map, [&](const GridToWrite& grid, const FacingCells& facing) {
-            writer.add(grid.name, facing.cells, grid.values, grid.channels);
+        for_each_grid(map, [&](const auto& grid, const auto& cells, const auto& values, int channels) {
+            writer.add(grid, cells, values, channels);
         });
         writer.finish();
     });
@@ -234,7 +250,8 @@ IlluminationMap read_map(const std::filesystem::path& path) {
     map.left_out = split(file.text("left_out"));
     for (const std::string& component : split(file.text("components")))
         map.components.push_back(component == name(Component::direct) ? Component::direct : Component::indirect);
-    read_patches(file, map);
+    map.patches = read_patches(file, map.grid);
+    map.index = PatchIndex(map.grid, map.patches);
     for (const std::string& light : split(file.text("lights"))) map.lights.push_back(read_light(file, map, light));
     return map;
 }

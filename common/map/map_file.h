@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "common/map/illumination_map.h"
 #include "common/map/vdb_file.h"
@@ -16,6 +17,12 @@ void write_map(const std::filesystem::path& path, const IlluminationMap& map, co
 
 // Throws Error: no map, another format version, grids missing.
 IlluminationMap read_map(const std::filesystem::path& path);
+
+// Patches of a grid as they stand in maps and in work folders: grids area/<facing> and centre/<facing>.
+using PatchGridVisitor = std::function<void(const std::string& name, const std::vector<Index3>& cells,
+                                            const std::vector<float>& values, int channels)>;
+void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, const PatchGridVisitor& write);
+std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid);   // sorted by patch_before
 
 // World-space transform of a cell grid's centres.
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin);
