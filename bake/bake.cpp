@@ -131,12 +131,14 @@ class Bake {
     void fit_box_of(MapLight& light, const MapBox& box, const std::vector<LightSample>& inside) {
         std::vector<Vec3> positions;
         for (const LightSample& s : inside) positions.push_back(s.position);
+        const Neighbourhoods shared =
+            scene_.bake.shrinkage ? neighbourhoods(cells_.index, cells_.patches) : Neighbourhoods{};
         auto& polynomials = light.polynomials.emplace_back();
         FitStatistics statistics;
         for (const Component c : scene_.bake.components) {
             BoxFit fit = pim::fit_box(box, positions, scene_.bake.degree, cells_.patches.size(), [&](std::size_t i) {
                 return work_.read_density(scene_, cells_, inside[i], c);
-            });
+            }, shared);
             statistics = fit.statistics;
             polynomials[int(c)] = std::move(fit.polynomials);
         }

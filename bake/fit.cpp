@@ -72,14 +72,67 @@ Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const Vol
     return projections;
 }
 
+// Per patch: residual variance, and signal plus noise power of each degree per orthonormal term.
+struct Powers {
+    std::vector<double> noise;
+    std::vector<std::array<double, 4>> of_degree;
+    std::array<int, 4> terms{};
+};
+
+Powers powers_of(const Projections& projections, const std::vector<int>& degrees, Eigen::Index samples) {
+    const std::size_t patches = std::size_t(projections.along.rows()) / 3;
+    Powers powers{std::vector<double>(patches), std::vector<std::array<double, 4>>(patches), {}};
+    for (const int d : degrees) ++powers.terms[d];
+    const double free = 3.0 * double(std::max<Eigen::Index>(1, samples - Eigen::Index(degrees.size())));
+    for (std::size_t p = 0; p < patches; ++p) {
+        powers.of_degree[p].fill(0);
+        for (int c = 0; c < 3; ++c) {
+            const auto row = Eigen::Index(3 * p) + c;
+            powers.noise[p] += std::max(0.0, projections.squares(row) - projections.along.row(row).squaredNorm()) / free;
+            for (std::size_t k = 0; k < degrees.size(); ++k)
+                powers.of_degree[p][degrees[k]] += projections.along(row, Eigen::Index(k)) *
+                                                   projections.along(row, Eigen::Index(k)) / (3.0 * powers.terms[degrees[k]]);
+        }
+    }
+    return powers;
+}
+
+// tau² / (tau² + sigma²) for a degree of a patch.
+double shrinkage(const Powers& powers, const Neighbourhoods& shared, std::size_t patch, int degree) {
+    double signal = 0, weight = 0;
+    for (const uint32_t n : shared.of[patch]) {
+        signal += shared.area[n] * (powers.of_degree[n][degree] - powers.noise[n]);
+        weight += shared.area[n];
+    }
+    const double tau2 = std::max(0.0, signal / weight);
+    return tau2 > 0 ? tau2 / (tau2 + powers.noise[patch]) : 0;
+}
+
 }  // namespace
 
+Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>& patches) {
+    Neighbourhoods shared;
+    shared.of.resize(patches.size());
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+        shared.area.push_back(patches[p].area);
+        for (int x = -1; x <= 1; ++x)
+            for (int y = -1; y <= 1; ++y)
+                for (int z = -1; z <= 1; ++z)
+                    if (const int n = index.find(patches[p].cell + Index3(x, y, z), patches[p].facing); n >= 0)
+                        shared.of[p].push_back(uint32_t(n));
+    }
+    return shared;
+}
+
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree, std::size_t patch_count,
-               const VolumeReader& read_volume) {
+               const VolumeReader& read_volume, const Neighbourhoods& shared) {
     const std::vector<int> terms = terms_of(highest_degree, box.moves());
     const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
     const Projections projections = project(ls.q, patch_count, read_volume);
     const Eigen::MatrixXd solve = to_monomials(terms) * ls.solve;   // terms × rank
+    std::vector<int> degrees;                                       // of the orthonormal terms
+    for (const int column : ls.kept) degrees.push_back(degree(terms[column]));
+    const Powers powers = powers_of(projections, degrees, ls.q.rows());
     BoxFit fit;
     fit.statistics = {int(positions.size()), ls.rank(), ls.condition_number};
     fit.polynomials.terms = terms;
@@ -88,12 +141,16 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
     parallel_for((patch_count + 255) / 256, [&](std::size_t block) {
         for (std::size_t p = block * 256; p < std::min(patch_count, (block + 1) * 256); ++p) {
             double misfit = 0;
+            Eigen::VectorXd keep = Eigen::VectorXd::Ones(ls.rank());
+            for (Eigen::Index k = 0; k < ls.rank(); ++k)
+                if (!shared.of.empty() && degrees[k] > 0) keep(k) = shrinkage(powers, shared, p, degrees[k]);
             for (int c = 0; c < 3; ++c) {
                 const auto row = Eigen::Index(3 * p) + c;
-                const Eigen::VectorXd a = solve * projections.along.row(row).transpose();
+                const Eigen::VectorXd along = projections.along.row(row).transpose();
+                const Eigen::VectorXd kept = keep.cwiseProduct(along), a = solve * kept;
                 for (std::size_t t = 0; t < terms.size(); ++t)
                     fit.polynomials.coefficients[(p * terms.size() + t) * 3 + c] = float(a(Eigen::Index(t)));
-                misfit += std::max(0.0, projections.squares(row) - projections.along.row(row).squaredNorm());
+                misfit += std::max(0.0, projections.squares(row) - along.squaredNorm() + (along - kept).squaredNorm());
             }
             fit.polynomials.residuals[p] = float(std::sqrt(misfit / (3.0 * double(positions.size()))));
         }

@@ -48,6 +48,7 @@ struct BakeSettings {
     int degree = 3;
     Robust robust = Robust::automatic;
     Store store = Store::incident;
+    bool shrinkage = true;             // of what noise hides (see fit.h); false: plain least squares (the thesis)
     uint64_t seed = 1;
 };
 

@@ -251,6 +251,7 @@ class DescriptionReader {
         }
         scene_.grid.reachable_area_only = false;
         scene_.bake.robust = Robust::off;
+        scene_.bake.shrinkage = false;
         if (!explicit_store_) scene_.bake.store = Store::absorbed;
         if (!explicit_components_) scene_.bake.components = {Component::direct, Component::indirect};
         for (Light& light : scene_.lights) light.boxes = Index3(1);
