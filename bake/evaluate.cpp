@@ -107,7 +107,7 @@ class Evaluation {
         Moment m{.scene = baked_.scene, .caster = caster_, .map = baked_.map, .lights = lamps, .patch_values = {}};
         m.direct = !with_direct ? DirectLight::none : baked_direct ? DirectLight::baked : DirectLight::traced;
         m.indirect = baked_.map.has(Component::indirect);
-        m.shadow_samples = 64;
+        m.shadow_samples = 256;
         evaluate_patches(m);
         return m;
     }

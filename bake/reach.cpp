@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <boost/math/special_functions/beta.hpp>
+#include <numeric>
 #include <span>
 
 #include "common/core/parallel.h"
@@ -14,7 +15,8 @@ namespace {
 
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
 constexpr uint64_t kPhotonBlock = 4096;
-constexpr double kMovedShare = 1e-3;   // of the area: the verdicts have settled
+constexpr double kMovedShare = 1e-3;   // of the area: the verdicts have settled when a doubling moves less
+constexpr double kOpenShare = 5e-3;    // of the area: ... and less than this has seen no photon and is not dark
 
 // Fragments of one cell stand together; this finds them by cell.
 class FragmentTable {
@@ -69,11 +71,14 @@ class Pass {
         for (uint64_t until = kFirstPhotons;; until *= 2) {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
+            open_.assign(table_.cell_count(), 0.0);
             parallel_for(table_.cell_count(), [&](std::size_t cell) { judge_cell(cell); });
             reach.moved_area = 0;
             for (std::size_t f = 0; f < dark_.size(); ++f)
                 if (dark_[f] != before[f]) reach.moved_area += fragments_[f].area;
-            if ((until > kFirstPhotons && reach.moved_area < kMovedShare * area) || 2 * until > most_photons) break;
+            const double open = std::accumulate(open_.begin(), open_.end(), 0.0);
+            const bool settled = reach.moved_area < kMovedShare * area && open < kOpenShare * area;
+            if (settled || 2 * until > most_photons) break;
         }
         reach.dark.assign(dark_.begin(), dark_.end());
         reach.hits = std::move(hits_);
@@ -154,6 +159,8 @@ class Pass {
                 i = j;
             }
         }
+        for (std::size_t f = begin; f < end; ++f)
+            if (!dark_[f] && hits_[f] == 0 && hits[facing_[f]] > 0) open_[cell] += fragments_[f].area;
     }
 
     // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it with
@@ -176,6 +183,7 @@ class Pass {
     FragmentTable table_;
     std::vector<uint32_t> hits_;
     std::vector<uint8_t> dark_, facing_;   // bytes: written by several threads
+    std::vector<double> open_;             // per cell, m² that beside lit surface has seen no photon yet
     uint64_t photons_ = 0;
 };
 

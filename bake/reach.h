@@ -27,7 +27,8 @@ struct Reach {
     double moved_area = 0;            // m², whose verdict the last doubling of the photons changed
 };
 
-// Doubles the photons until that changes the verdict on less than a thousandth of the area, or `most_photons`.
+// Doubles the photons until that changes the verdict on less than a thousandth of the area and nearly all of it has
+// either seen photons or is dark; at most `most_photons`.
 Reach find_reach(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
                  const std::vector<Fragment>& fragments, const PositionFilter& allowed, uint64_t most_photons);
 

@@ -50,6 +50,7 @@ def scene():
         domain_min=(0.15 * WIDTH, 0.65 * HEIGHT, 0.15 * DEPTH),
         domain_max=(0.85 * WIDTH, 0.90 * HEIGHT, 0.85 * DEPTH),
         samples=300,
+        boxes=(2, 1, 2),
         position=(2.764, 4.6, 2.796),
         clearance=0.25,
     )
@@ -60,5 +61,5 @@ def scene():
         about=ABOUT,
         meshes=shell + [block("short_block", SHORT_BLOCK, 1.65), block("tall_block", TALL_BLOCK, 3.30)],
         materials=materials,
-        descriptions={"cornell": Description([lamp], [camera], photons=100000, cells=48)},
+        descriptions={"cornell": Description([lamp], [camera], photons=200000, cells=48)},
     )
