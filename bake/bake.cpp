@@ -226,9 +226,9 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
         lines.push_back(fmt::format("{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
                                     "doubling them moved {:.2g} m²)", cells.surface_area - cells.counted_area,
                                     cells.surface_area, cells.deciding_photons, cells.moved_area));
-    const auto facings = cells_by_facing(cells.patches);
+    const auto facings = cells_by_slot(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)
-        if (facings[f].cells.empty()) lines.push_back(fmt::format("facing {}: occurs nowhere", facing_name(cells.grid, f)));
+        if (facings[f].cells.empty()) lines.push_back(fmt::format("facing {}: occurs nowhere", slot_name(cells.grid, f)));
     for (const Light& light : scene.lights) {
         const auto moves = split_domain(light.domain, light.boxes)[0].moves();
         const auto terms = terms_of(scene.bake.degree, moves).size();

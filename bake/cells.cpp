@@ -1,40 +1,98 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/cells.h"
 
+#include <limits>
+
 namespace pim {
 namespace {
 
 constexpr double kLeastArea = 1e-6;         // of a cell's face: smaller patches would hold nothing but noise
 
+constexpr double kLayerGap = 0.1;           // in cells: surfaces parted by more are two layers
+
 struct PatchSum {
     double area = 0;
     Vec3d moment{0};   // area × centroid
+
+    void add(const Fragment& fragment, int facing) {
+        area += fragment.facing_area[facing];
+        moment += Vec3d(fragment.centre) * double(fragment.facing_area[facing]);
+    }
 };
 
-// Patches of each cell from its fragments, those left out excepted.
+// How far a place lies along a facing.
+double along(int facing, const Vec3d& place) { return facing % 2 ? -place[facing / 2] : place[facing / 2]; }
+
+class PatchBuilder {
+  public:
+    PatchBuilder(const CellGrid& grid, const std::vector<Fragment>& fragments, Cells& cells)
+        : grid_(grid), fragments_(fragments), cells_(cells) {}
+
+    // Patches of one cell from its kept fragments.
+    void add_cell(const Index3& cell, const std::vector<std::size_t>& kept) {
+        std::array<double, kFacingCount> split;
+        std::array<PatchSum, kSlotCount> sums{};
+        const Vec3d centre = grid_.centre(cell);
+        for (int f = 0; f < kFacingCount; ++f) {
+            split[f] = find_split(kept, f, centre);
+            for (const std::size_t i : kept) {
+                const bool behind = along(f, Vec3d(fragments_[i].centre) - centre) < split[f];
+                sums[f + kFacingCount * behind].add(fragments_[i], f);
+            }
+        }
+        for (int slot = 0; slot < kSlotCount; ++slot) {
+            if (!(sums[slot].area > kLeastArea * grid_.cell_size * grid_.cell_size)) continue;
+            cells_.patches.push_back({cell, slot, float(sums[slot].area), Vec3(sums[slot].moment / sums[slot].area - centre)});
+            cells_.split.push_back(float(split[slot % kFacingCount]));
+        }
+    }
+
+  private:
+    // Middle of the widest gap between surfaces one behind the other; -inf where none is wide enough.
+    double find_split(const std::vector<std::size_t>& kept, int facing, const Vec3d& centre) const {
+        constexpr double kNone = -std::numeric_limits<double>::infinity();
+        std::vector<std::pair<double, double>> extents;   // from, to
+        for (const std::size_t i : kept) {
+            if (!(fragments_[i].facing_area[facing] > 0.5f * fragments_[i].area)) continue;
+            const double a = along(facing, Vec3d(fragments_[i].box.min) - centre), b = along(facing, Vec3d(fragments_[i].box.max) - centre);
+            extents.push_back(std::minmax(a, b));
+        }
+        std::ranges::sort(extents);
+        double widest = kLayerGap * grid_.cell_size, split = kNone, reached = kNone;
+        for (const auto& [from, to] : extents) {
+            if (reached != kNone && from - reached > widest) widest = from - reached, split = 0.5 * (from + reached);
+            reached = std::max(reached, to);
+        }
+        return grid_.facings ? split : kNone;
+    }
+
+    const CellGrid& grid_;
+    const std::vector<Fragment>& fragments_;
+    Cells& cells_;
+};
+
 template <class Keep>
-std::vector<Patch> patches_of(const CellGrid& grid, const std::vector<Fragment>& fragments, Keep keep) {
-    std::vector<Patch> patches;
+void build_patches(const std::vector<Fragment>& fragments, Keep keep, Cells& cells) {
+    PatchBuilder builder(cells.grid, fragments, cells);
     for (std::size_t begin = 0; begin < fragments.size();) {
         std::size_t end = begin;
-        std::array<PatchSum, kFacingCount> sums{};
+        std::vector<std::size_t> kept;
         for (; end < fragments.size() && fragments[end].key.cell == fragments[begin].key.cell; ++end)
-            for (int f = 0; keep(end) && f < kFacingCount; ++f) {
-                sums[f].area += fragments[end].facing_area[f];
-                sums[f].moment += Vec3d(fragments[end].centre) * double(fragments[end].facing_area[f]);
-            }
-        const Index3 cell = cell_of(grid, fragments[begin].key);
-        for (int f = 0; f < kFacingCount; ++f)
-            if (sums[f].area > kLeastArea * grid.cell_size * grid.cell_size)
-                patches.push_back({cell, f, float(sums[f].area), Vec3(sums[f].moment / sums[f].area - grid.centre(cell))});
+            if (keep(end)) kept.push_back(end);
+        builder.add_cell(cell_of(cells.grid, fragments[begin].key), kept);
         begin = end;
     }
-    return patches;
 }
 
 }  // namespace
 
 bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
+
+int Cells::patch_at(const std::array<int32_t, kSlotCount>& own, int facing, const Vec3& from_centre) const {
+    const int front = own[facing], behind = own[facing + kFacingCount];
+    if (front < 0 || behind < 0) return std::max(front, behind);
+    return along(facing, Vec3d(from_centre)) < split[front] ? behind : front;
+}
 
 Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed, const CellOptions& options) {
     Cells cells;
@@ -45,13 +103,13 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     if (scene.grid.reachable_area_only) {
         const Reach reach = find_reach(scene, caster, surface, fragments, allowed, options.most_photons);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
-        cells.patches = patches_of(cells.grid, fragments, keep);
+        build_patches(fragments, keep, cells);
         for (std::size_t i = 0; i < fragments.size(); ++i)
             if (!keep(i)) cells.left_out.push_back(fragments[i].key);
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {
-        cells.patches = patches_of(cells.grid, fragments, [](std::size_t) { return true; });
+        build_patches(fragments, [](std::size_t) { return true; }, cells);
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
     cells.index = PatchIndex(cells.grid, cells.patches);

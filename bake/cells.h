@@ -12,13 +12,17 @@ struct Cells {
     CellGrid grid;
     std::vector<Patch> patches;             // sorted by patch_before
     PatchIndex index;
-    std::vector<FragmentKey> left_out;      // sorted; only of cells that keep other surface
+    std::vector<float> split;               // per patch: places that lie less than this far in front of the cell's
+                                            // centre (m, along the facing) belong to the patch behind; -inf: none
+    std::vector<FragmentKey> left_out;      // sorted
     double surface_area = 0;                // m², both sides of all surface in the grid
     double counted_area = 0;                // m², what the patches hold
     double moved_area = 0;                  // m², whose verdict the last doubling of photons changed
     uint64_t deciding_photons = 0;
 
     bool is_left_out(const FragmentKey& key) const;
+    // Patch of a facing for a place given from the cell's centre, among the cell's patches; -1 if there is none.
+    int patch_at(const std::array<int32_t, kSlotCount>& patches, int facing, const Vec3& from_centre) const;
 };
 
 struct CellOptions {

@@ -80,9 +80,12 @@ class Tracer {
             chunk.photons.push_back({s.position, flux, facing, component});
             return;
         }
-        for (int f = 0; f < kFacingCount; ++f)
-            if (facing.weight[f] > 0 && (*patches)[f] >= 0)
-                chunk.sums[int(component)].add(std::size_t((*patches)[f]), flux * facing.weight[f]);
+        const Vec3 from_centre(Vec3d(s.position) - cells_.grid.centre(cell));
+        for (int f = 0; f < kFacingCount; ++f) {
+            if (!(facing.weight[f] > 0)) continue;
+            const int patch = cells_.patch_at(*patches, f, from_centre);
+            if (patch >= 0) chunk.sums[int(component)].add(std::size_t(patch), flux * facing.weight[f]);
+        }
     }
 
     const Scene& scene_;
@@ -130,7 +133,7 @@ void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vect
         std::array<PatchSums, kComponentCount> sums;
         for (PatchSums& s : sums) s.resize(1);
         for (const std::size_t i : map.within(cells.grid.centre(patch.cell), radius))
-            sums[int(photons[i].component)].add(0, photons[i].flux * photons[i].facing.weight[patch.facing]);
+            sums[int(photons[i].component)].add(0, photons[i].flux * photons[i].facing.weight[patch.slot % kFacingCount]);
         const double disk = double(kPi) * radius * radius * double(patch.area) / cell_area[p];
         const double scale = 1 / (double(scene.bake.photons) * disk);
         for (const Component c : scene.bake.components) {

@@ -118,7 +118,7 @@ Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>&
         for (int x = -1; x <= 1; ++x)
             for (int y = -1; y <= 1; ++y)
                 for (int z = -1; z <= 1; ++z)
-                    if (const int n = index.find(patches[p].cell + Index3(x, y, z), patches[p].facing); n >= 0)
+                    if (const int n = index.find(patches[p].cell + Index3(x, y, z), patches[p].slot); n >= 0)
                         shared.of[p].push_back(uint32_t(n));
     }
     return shared;

@@ -22,7 +22,7 @@ struct Neighbourhoods {
     std::vector<std::vector<uint32_t>> of;   // empty: no shrinkage
     std::vector<float> area;
 };
-// Patches of the same facing in the 27 cells around each.
+// Patches of the same slot in the 27 cells around each.
 Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>& patches);
 
 // Fits a polynomial of at most `degree` in the box's normalised coordinates to the samples at `positions` (local, all

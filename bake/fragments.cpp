@@ -92,7 +92,8 @@ class Cutter {
     void finish(const Polygon& polygon) {
         const double whole = polygon_area(polygon);
         if (!(whole > 0)) return;
-        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), Vec3(centroid(polygon)), {}};
+        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), Vec3(centroid(polygon)), {}, {}};
+        for (const Vec3d& p : polygon) fragment.box.extendBy(Vec3(p));
         const auto& v = geometry_.triangles[triangle_].vertices;
         if (geometry_.normals[v[0]] == Vec3(0)) {
             add_facings(fragment, shading_normal(geometry_, triangle_, side_, 0, 0), whole);
@@ -167,6 +168,7 @@ std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells&
             const float share = all[i].area / (all[kept].area + all[i].area);
             all[kept].centre += (all[i].centre - all[kept].centre) * share;
             all[kept].area += all[i].area;
+            all[kept].box.extendBy(all[i].box);
             for (int f = 0; f < kFacingCount; ++f) all[kept].facing_area[f] += all[i].facing_area[f];
         } else {
             all[++kept] = all[i];

@@ -21,6 +21,7 @@ struct Fragment {
     float area;                                         // m², exact but for rounding
     Vec3 centre;                                        // centroid, local, m
     std::array<float, kFacingCount> facing_area{};      // its share per facing, by the shading normals
+    Box3 box;                                           // local, m
 };
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);

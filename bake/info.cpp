@@ -34,9 +34,9 @@ nlohmann::json light_info(const IlluminationMap& map, const MapLight& light) {
     }
     nlohmann::json components = nlohmann::json::array(), facings = nlohmann::json::array();
     for (const Component c : map.components) components.push_back(name(c));
-    const auto cells = cells_by_facing(map.patches);
-    for (int f = 0; f < kFacingCount; ++f)
-        if (!cells[f].cells.empty()) facings.push_back(facing_name(map.grid, f));
+    const auto cells = cells_by_slot(map.patches);
+    for (int f = 0; f < kSlotCount; ++f)
+        if (!cells[f].cells.empty()) facings.push_back(slot_name(map.grid, f));
     return {{"name", light.name}, {"samples", samples}, {"boxes", light.boxes.size()}, {"terms", terms},
             {"condition_number", condition}, {"components", components}, {"facings", facings}};
 }

@@ -51,13 +51,13 @@ void check_settings(const VdbReader& file, const std::string& settings, const fs
                                 "another file with -o", path.string()));
 }
 
-int used_facings(const std::vector<Patch>& patches) {
-    const auto facings = cells_by_facing(patches);
-    return int(std::ranges::count_if(facings, [](const FacingCells& f) { return !f.cells.empty(); }));
+int used_slots(const std::vector<Patch>& patches) {
+    const auto facings = cells_by_slot(patches);
+    return int(std::ranges::count_if(facings, [](const SlotCells& f) { return !f.cells.empty(); }));
 }
 
 std::string stem_of(Component component, const CellGrid& grid, int facing) {
-    return fmt::format("{}/{}", name(component), facing_name(grid, facing));
+    return fmt::format("{}/{}", name(component), slot_name(grid, facing));
 }
 
 }  // namespace
@@ -96,6 +96,13 @@ std::optional<Cells> WorkFolder::read_cells() const {
                   file.number("grid_facings") != 0};
     cells.patches = read_patches(file, cells.grid);
     cells.index = PatchIndex(cells.grid, cells.patches);
+    cells.split.resize(cells.patches.size());
+    const auto slots = cells_by_slot(cells.patches);
+    for (int f = 0; f < kSlotCount; ++f) {
+        if (slots[f].cells.empty()) continue;
+        const auto values = file.values("split/" + slot_name(cells.grid, f), slots[f].cells, 1);
+        for (std::size_t i = 0; i < values.size(); ++i) cells.split[slots[f].patches[i]] = values[i];
+    }
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
     cells.counted_area = file.number("counted_area");
@@ -117,10 +124,17 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["moved_area"] = cells.moved_area;
     m["deciding_photons"] = double(cells.deciding_photons);
     write_atomically(path_ / "cells.vdb", [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_facings(cells.patches));
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 3 * used_slots(cells.patches));
         write_patches(cells.patches, cells.grid, [&](const auto& grid, const auto& active, const auto& values, int channels) {
             writer.add(grid, active, values, channels);
         });
+        const auto slots = cells_by_slot(cells.patches);
+        for (int f = 0; f < kSlotCount; ++f) {
+            if (slots[f].cells.empty()) continue;
+            std::vector<float> values;
+            for (const uint32_t p : slots[f].patches) values.push_back(cells.split[p]);
+            writer.add("split/" + slot_name(cells.grid, f), slots[f].cells, values, 1);
+        }
         writer.finish();
     });
 }
@@ -151,11 +165,11 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     m["photons_escaped"] = double(a.escaped), m["photons_cut_off"] = double(a.cut_off);
     m["flux_absorbed"] = a.absorbed_flux, m["flux_escaped"] = a.escaped_flux, m["flux_cut_off"] = a.cut_off_flux;
     m["flux_normals"] = a.normals_flux, m["flux_squared"] = a.squared_flux;
-    const auto facings = cells_by_facing(cells.patches);
+    const auto facings = cells_by_slot(cells.patches);
     write_atomically(file_of(scene, sample), [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_facings(cells.patches) * int(scene.bake.components.size()));
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_slots(cells.patches) * int(scene.bake.components.size()));
         for (const Component c : scene.bake.components)
-            for (int f = 0; f < kFacingCount; ++f) {
+            for (int f = 0; f < kSlotCount; ++f) {
                 if (facings[f].cells.empty()) continue;
                 std::vector<float> density, variance;
                 for (const uint32_t p : facings[f].patches) {
@@ -176,8 +190,8 @@ std::vector<float> WorkFolder::read_density(const Scene& scene, const Cells& cel
     const VdbReader file(path);
     check_settings(file, settings_, path);
     std::vector<float> values(cells.patches.size() * 3);
-    const auto facings = cells_by_facing(cells.patches);
-    for (int f = 0; f < kFacingCount; ++f) {
+    const auto facings = cells_by_slot(cells.patches);
+    for (int f = 0; f < kSlotCount; ++f) {
         if (facings[f].cells.empty()) continue;
         const auto own = file.values(stem_of(component, cells.grid, f) + "/density", facings[f].cells, 3);
         for (std::size_t i = 0; i < facings[f].patches.size(); ++i)

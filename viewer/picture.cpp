@@ -42,11 +42,11 @@ Moment moment_of(const BakedScene& baked, const RayCaster& caster, const Picture
 std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::path& file) {
     const VdbReader reader(file);
     std::vector<Rgb> values(map.patches.size(), Rgb(0));
-    const auto facings = cells_by_facing(map.patches);
+    const auto facings = cells_by_slot(map.patches);
     bool any = false;
     for (const Component c : {Component::direct, Component::indirect})
-        for (int f = 0; f < kFacingCount; ++f) {
-            const std::string grid = fmt::format("{}/{}/density", name(c), facing_name(map.grid, f));
+        for (int f = 0; f < kSlotCount; ++f) {
+            const std::string grid = fmt::format("{}/{}/density", name(c), slot_name(map.grid, f));
             if (facings[f].cells.empty() || !reader.has(grid)) continue;
             any = true;
             const auto own = reader.values(grid, facings[f].cells, 3);

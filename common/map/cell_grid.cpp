@@ -57,9 +57,10 @@ CellGrid make_grid(const Scene& scene) {
     return grid;
 }
 
-std::string facing_name(const CellGrid& grid, int facing) {
+std::string slot_name(const CellGrid& grid, int slot) {
     static constexpr const char* kNames[kFacingCount] = {"px", "nx", "py", "ny", "pz", "nz"};
-    return grid.facings ? kNames[facing] : "all";
+    if (!grid.facings) return "all";
+    return std::string(kNames[slot % kFacingCount]) + (slot < kFacingCount ? "" : "_behind");
 }
 
 FacingWeights facing_weights(const CellGrid& grid, const Vec3& n) {
@@ -123,7 +124,7 @@ std::optional<Index3> SurfaceCells::fine_cell(uint32_t triangle, Side side, cons
 }
 
 bool patch_before(const Patch& a, const Patch& b) {
-    return std::tie(a.cell.x, a.cell.y, a.cell.z, a.facing) < std::tie(b.cell.x, b.cell.y, b.cell.z, b.facing);
+    return std::tie(a.cell.x, a.cell.y, a.cell.z, a.slot) < std::tie(b.cell.x, b.cell.y, b.cell.z, b.slot);
 }
 
 PatchIndex::PatchIndex(const CellGrid& grid, const std::vector<Patch>& patches) : size_(grid.size) {
@@ -139,13 +140,13 @@ PatchIndex::PatchIndex(const CellGrid& grid, const std::vector<Patch>& patches) 
         int32_t& number = cell_number_[start + (c.x % kBrick * kBrick + c.y % kBrick) * kBrick + c.z % kBrick];
         if (number < 0) {
             number = int32_t(cells_.size());
-            cells_.push_back({-1, -1, -1, -1, -1, -1});
+            cells_.emplace_back().fill(-1);
         }
-        cells_[number][patches[p].facing] = int32_t(p);
+        cells_[number][patches[p].slot] = int32_t(p);
     }
 }
 
-const std::array<int32_t, kFacingCount>* PatchIndex::find_cell(const Index3& c) const {
+const std::array<int32_t, kSlotCount>* PatchIndex::find_cell(const Index3& c) const {
     if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= size_.x || c.y >= size_.y || c.z >= size_.z) return nullptr;
     const int32_t start =
         brick_start_[(std::size_t(c.x / kBrick) * bricks_.y + c.y / kBrick) * bricks_.z + c.z / kBrick];

@@ -20,6 +20,10 @@ namespace pim {
 
 inline constexpr int kFacingCount = 6;   // px nx py ny pz nz; without facings, all surface is facing 0
 
+// Where surfaces of one cell and facing stand one behind the other with a gap between (a board before its wall), they
+// are two patches: the one in front and the one behind. A slot is a facing, of either layer.
+inline constexpr int kSlotCount = 2 * kFacingCount;   // slot = facing + kFacingCount · (is behind)
+
 // Cells are divided so many times per axis where it has to be decided which surface light can reach.
 inline constexpr int kFinePerCell = 4;
 
@@ -40,7 +44,7 @@ struct CellGrid {
 // Throws Error: no surface in the bounds, a grid too fine to address (more than 4096 cells on an axis).
 CellGrid make_grid(const Scene& scene);
 
-std::string facing_name(const CellGrid& grid, int facing);   // "px" ... "nz", or "all"
+std::string slot_name(const CellGrid& grid, int slot);   // "px" ... "nz", "px_behind" ... "nz_behind", or "all"
 
 struct FacingWeights {
     std::array<float, kFacingCount> weight{};   // sum 1
@@ -72,22 +76,22 @@ inline Index3 cell_of_fine(const Index3& fine) {
 
 struct Patch {
     Index3 cell;
-    int facing;
+    int slot;
     float area;      // m², that counts
     Vec3 centre;     // centroid of that area, from the cell's centre, m
 };
 
-// Patches by cell and facing. Patches are sorted by cell (x slowest), then facing.
+// Patches by cell and slot. Patches are sorted by cell (x slowest), then slot.
 class PatchIndex {
   public:
     PatchIndex() = default;
     PatchIndex(const CellGrid& grid, const std::vector<Patch>& patches);
     // Number of the patch; -1 if there is none, also outside the grid.
-    int find(const Index3& cell, int facing) const {
-        const std::array<int32_t, kFacingCount>* all = find_cell(cell);
-        return all ? (*all)[facing] : -1;
+    int find(const Index3& cell, int slot) const {
+        const std::array<int32_t, kSlotCount>* all = find_cell(cell);
+        return all ? (*all)[slot] : -1;
     }
-    const std::array<int32_t, kFacingCount>* find_cell(const Index3& cell) const;
+    const std::array<int32_t, kSlotCount>* find_cell(const Index3& cell) const;
     std::size_t cell_count() const { return cells_.size(); }
 
   private:
@@ -95,7 +99,7 @@ class PatchIndex {
     Index3 size_{0}, bricks_{0};
     std::vector<int32_t> brick_start_;                             // -1: no cell in the brick
     std::vector<int32_t> cell_number_;                             // per brick, 8³; -1: no patch
-    std::vector<std::array<int32_t, kFacingCount>> cells_;
+    std::vector<std::array<int32_t, kSlotCount>> cells_;
 };
 
 bool patch_before(const Patch& a, const Patch& b);

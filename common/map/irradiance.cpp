@@ -31,13 +31,25 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
         const Vec3 from_centre(Vec3d(position) - map.grid.centre(low + step));
         const float t = (step.x ? f.x : 1 - f.x) * (step.y ? f.y : 1 - f.y) * (step.z ? f.z : 1 - f.z);
         for (int k = 0; k < kFacingCount; ++k) {
-            const int patch = (*patches)[k];
-            if (patch < 0 || !(facing.weight[k] > 0)) continue;
-            const Patch& p = map.patches[patch];
-            const float distance = normal.dot(p.centre - from_centre) / float(map.grid.cell_size);
-            const float weighted = t * p.area * plane_factor(distance);
-            area[k] += weighted;
-            flux[k] += values[patch] * weighted;
+            if (!(facing.weight[k] > 0)) continue;
+            const int front = (*patches)[k], behind = (*patches)[k + kFacingCount];
+            if (front < 0 && behind < 0) continue;
+            const auto distance = [&](int patch) {
+                return normal.dot(map.patches[patch].centre - from_centre) / float(map.grid.cell_size);
+            };
+            const auto add = [&](int patch, float share) {
+                const float weighted = t * share * map.patches[patch].area * plane_factor(distance(patch));
+                area[k] += weighted;
+                flux[k] += values[patch] * weighted;
+            };
+            if (front < 0 || behind < 0) {
+                add(std::max(front, behind), 1);
+                continue;
+            }
+            // Of two layers the nearer counts: shares by the squared distances from the tangent plane.
+            const float a = distance(front) * distance(front) + 1e-6f, b = distance(behind) * distance(behind) + 1e-6f;
+            add(front, b / (a + b));
+            add(behind, a / (a + b));
         }
     }
     Rgb sum(0);

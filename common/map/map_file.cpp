@@ -27,7 +27,7 @@ struct GridToWrite {
 
 // Values of one term at the patches of one facing.
 GridToWrite term_values(const IlluminationMap& map, const std::string& grid_name, const Polynomials& p,
-                        std::size_t term_place, const FacingCells& facing) {
+                        std::size_t term_place, const SlotCells& facing) {
     GridToWrite grid{grid_name, {}, map.grey ? 1 : 3};
     for (const uint32_t patch : facing.patches)
         for (int c = 0; c < grid.channels; ++c)
@@ -42,10 +42,10 @@ bool all_zero(const std::vector<float>& values) {
 // Calls visit for every grid that is written of a map, in order.
 void for_each_grid(const IlluminationMap& map, const PatchGridVisitor& visit) {
     write_patches(map.patches, map.grid, visit);
-    const auto facings = cells_by_facing(map.patches);
-    for (int f = 0; f < kFacingCount; ++f) {
+    const auto facings = cells_by_slot(map.patches);
+    for (int f = 0; f < kSlotCount; ++f) {
         if (facings[f].cells.empty()) continue;
-        const std::string facing = facing_name(map.grid, f);
+        const std::string facing = slot_name(map.grid, f);
         for (const MapLight& light : map.lights)
             for (std::size_t b = 0; b < light.boxes.size(); ++b)
                 for (const Component component : map.components) {
@@ -132,10 +132,10 @@ Polynomials read_polynomials(const VdbReader& file, const IlluminationMap& map, 
     Polynomials p{terms, {}, {}};
     p.coefficients.resize(map.patches.size() * terms.size() * 3);
     p.residuals.resize(map.patches.size());
-    const auto facings = cells_by_facing(map.patches);
-    for (int f = 0; f < kFacingCount; ++f) {
+    const auto facings = cells_by_slot(map.patches);
+    for (int f = 0; f < kSlotCount; ++f) {
         if (facings[f].cells.empty()) continue;
-        const std::string stem = stem_of(light, box, component, facing_name(map.grid, f));
+        const std::string stem = stem_of(light, box, component, slot_name(map.grid, f));
         for (std::size_t t = 0; t < terms.size(); ++t) {
             if (!file.has(term_grid(stem, terms[t]))) continue;   // checked against the list: all zero
             const auto values = file.values(term_grid(stem, terms[t]), facings[f].cells, 3);
@@ -181,23 +181,23 @@ void check_complete(const VdbReader& file, const std::filesystem::path& path) {
 
 }  // namespace
 
-std::array<FacingCells, kFacingCount> cells_by_facing(const std::vector<Patch>& patches) {
-    std::array<FacingCells, kFacingCount> facings;
+std::array<SlotCells, kSlotCount> cells_by_slot(const std::vector<Patch>& patches) {
+    std::array<SlotCells, kSlotCount> facings;
     for (uint32_t p = 0; p < patches.size(); ++p) {
-        facings[patches[p].facing].patches.push_back(p);
-        facings[patches[p].facing].cells.push_back(patches[p].cell);
+        facings[patches[p].slot].patches.push_back(p);
+        facings[patches[p].slot].cells.push_back(patches[p].cell);
     }
     return facings;
 }
 
 std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid) {
     std::vector<Patch> patches;
-    for (int f = 0; f < (grid.facings ? kFacingCount : 1); ++f) {
-        const std::string area = "area/" + facing_name(grid, f);
+    for (int f = 0; f < (grid.facings ? kSlotCount : 1); ++f) {
+        const std::string area = "area/" + slot_name(grid, f);
         if (!file.has(area)) continue;
         const auto cells = file.active_cells(area);
         const auto areas = file.values(area, cells, 1);
-        const auto centres = file.values("centre/" + facing_name(grid, f), cells, 3);
+        const auto centres = file.values("centre/" + slot_name(grid, f), cells, 3);
         for (std::size_t i = 0; i < cells.size(); ++i)
             patches.push_back({cells[i], f, areas[i], {centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]}});
     }
@@ -206,16 +206,16 @@ std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid) {
 }
 
 void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, const PatchGridVisitor& write) {
-    const auto facings = cells_by_facing(patches);
-    for (int f = 0; f < kFacingCount; ++f) {
+    const auto facings = cells_by_slot(patches);
+    for (int f = 0; f < kSlotCount; ++f) {
         if (facings[f].cells.empty()) continue;
         std::vector<float> areas, centres;
         for (const uint32_t p : facings[f].patches) {
             areas.push_back(patches[p].area);
             centres.insert(centres.end(), {patches[p].centre.x, patches[p].centre.y, patches[p].centre.z});
         }
-        write("area/" + facing_name(grid, f), facings[f].cells, areas, 1);
-        write("centre/" + facing_name(grid, f), facings[f].cells, centres, 3);
+        write("area/" + slot_name(grid, f), facings[f].cells, areas, 1);
+        write("centre/" + slot_name(grid, f), facings[f].cells, centres, 3);
     }
 }
 

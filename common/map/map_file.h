@@ -27,11 +27,11 @@ std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid);   
 // World-space transform of a cell grid's centres.
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin);
 
-// Patches of each facing: their numbers and cells, in the order of the patches.
-struct FacingCells {
+// Patches of each slot: their numbers and cells, in the order of the patches.
+struct SlotCells {
     std::vector<uint32_t> patches;
     std::vector<Index3> cells;
 };
-std::array<FacingCells, kFacingCount> cells_by_facing(const std::vector<Patch>& patches);
+std::array<SlotCells, kSlotCount> cells_by_slot(const std::vector<Patch>& patches);
 
 }  // namespace pim
