@@ -64,7 +64,7 @@ TEST(FacingWeights, AddToOneAndLieOnTheNormalsSide) {
         for (int f = 0; f < kFacingCount; ++f) {
             sum += facing.weight[f];
             EXPECT_GE(facing.weight[f], 0);
-            if (n[f / 2] * (f % 2 ? -1 : 1) < 0) EXPECT_EQ(facing.weight[f], 0);
+            EXPECT_TRUE(n[f / 2] * (f % 2 ? -1 : 1) >= 0 || facing.weight[f] == 0);
         }
         EXPECT_NEAR(sum, 1, 4 * 0x1p-23f);   // three divisions and two additions
     }
@@ -82,8 +82,9 @@ TEST(FacingWeights, AxesStandAlone) {
     CellGrid thesis;
     thesis.facings = false;
     EXPECT_EQ(facing_weights(thesis, {0, -1, 0}).weight[0], 1);
-    EXPECT_EQ(facing_name(thesis, 0), "all");
-    EXPECT_EQ(facing_name(grid, 3), "ny");
+    EXPECT_EQ(slot_name(thesis, 0), "all");
+    EXPECT_EQ(slot_name(grid, 3), "ny");
+    EXPECT_EQ(slot_name(grid, 3 + kFacingCount), "ny_behind");
 }
 
 // The weights' slope is at most that of n² over the sum, 2 / (1 - 3 · 0.02): steps of 1e-3 radian move them by less
@@ -170,7 +171,7 @@ TEST(PatchIndex, AgreesWithBruteForce) {
     std::set<std::tuple<int, int, int, int>> chosen;
     for (int i = 0; i < 800; ++i) {
         const int x = int(random.next() * 19), y = int(random.next() * 7), z = int(random.next() * 33);
-        chosen.insert({x, y, z, int(random.next() * 6)});
+        chosen.insert({x, y, z, int(random.next() * kSlotCount)});
     }
     for (const auto& [x, y, z, f] : chosen) {
         expected[{x, y, z, f}] = int(patches.size());
@@ -182,7 +183,7 @@ TEST(PatchIndex, AgreesWithBruteForce) {
     for (int x = -1; x <= 19; ++x)
         for (int y = -1; y <= 7; ++y)
             for (int z = -1; z <= 33; ++z)
-                for (int f = 0; f < kFacingCount; ++f) {
+                for (int f = 0; f < kSlotCount; ++f) {
                     const auto found = expected.find({x, y, z, f});
                     EXPECT_EQ(index.find({x, y, z}, f), found == expected.end() ? -1 : found->second);
                     if (found != expected.end()) cells.insert({x, y, z});

@@ -5,72 +5,20 @@
 #include <Eigen/Dense>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <cstdlib>
-#include <map>
 
-#include "bake/bake.h"
 #include "bake/fit.h"
-#include "common/core/log.h"
 #include "common/core/parallel.h"
-#include "common/core/sampling.h"
-#include "common/map/baked_scene.h"
 #include "common/map/irradiance.h"
-#include "common/render/path_radiance.h"
 #include "common/scene/scene_file.h"
+#include "tests/baked_scenes.h"
 
 namespace pim {
 namespace {
-
-namespace fs = std::filesystem;
-
-// A scene of data/, baked once for all tests of this program.
-struct Baked {
-    BakedScene baked;
-    RayCaster caster;
-    fs::path description, map_file;
-
-    Baked(const std::string& name, const fs::path& folder)
-        : baked(bake(name, folder)), caster(baked.scene.geometry, InstructionSet::best) {
-        description = fs::path(PIM_DATA) / name / (name + ".toml");
-        map_file = folder / (name + ".vdb");
-    }
-    static BakedScene bake(const std::string& name, const fs::path& folder) {
-        set_log_level("error");
-        fs::create_directories(folder);
-        bake_run(fs::path(PIM_DATA) / name / (name + ".toml"), {.output = folder / (name + ".vdb"), .photons = {}, .overwrite = true});
-        return read_baked_scene(folder / (name + ".vdb"), {});
-    }
-};
-
-Baked& baked_scene(const std::string& name) {
-    static std::map<std::string, std::unique_ptr<Baked>> all;
-    auto& one = all[name];
-    if (!one) one = std::make_unique<Baked>(name, fs::temp_directory_path() / ("pim_marks_" + std::to_string(getpid())));
-    return *one;
-}
-
-std::vector<LightState> lamps_at_start(const Scene& scene) {
-    std::vector<LightState> states;
-    for (const Light& light : scene.lights) states.push_back({light.position, light.power});
-    return states;
-}
 
 SurfacePoint point_on(const Scene& scene, uint32_t triangle, Side side, RandomStream& random) {
     float b1 = random.next(), b2 = random.next();
     if (b1 + b2 > 1) b1 = 1 - b1, b2 = 1 - b2;
     return surface_at(scene, {triangle, 0, b1, b2, side});
-}
-
-// Indirect irradiance by paths: E = pi mean(L) over cosine-distributed directions.
-double path_irradiance(const Baked& b, const PathScene& paths, const SurfacePoint& s, int count, RandomStream& random) {
-    double sum = 0;
-    for (int i = 0; i < count; ++i) {
-        const float u1 = random.next(), u2 = random.next();
-        const Vec3 out = Frame(s.shading_normal).to_world(sample_cosine_hemisphere(u1, u2));
-        if (out.dot(s.geometric_normal) <= 0) continue;
-        sum += mean_channel(path_radiance(paths, {s.leave(out, b.caster.surface_offset()), out}, random).total);
-    }
-    return double(kPi) * sum / count;
 }
 
 struct Comparison {
@@ -104,7 +52,7 @@ Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, co
             s = point_on(scene, chosen[std::min(at, chosen.size() - 1)], Side::front, own);
         } while (!wanted(s, scene.geometry.objects[scene.geometry.triangles[s.triangle].object]));
         map_values[i] = mean_channel(irradiance_at(b.baked.map, values, s.position, s.shading_normal));
-        path_values[i] = path_irradiance(b, paths, s, 64, own);
+        path_values[i] = path_irradiance(b, paths, s, 64, own).mean;
     });
     Comparison c;
     double squares = 0;

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The programs as a user runs them: exit codes, messages, the same bytes however the work is divided.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "common/core/file.h"
+#include "common/map/vdb_file.h"
+#include "tests/baked_scenes.h"
+
+namespace pim {
+namespace {
+
+struct Outcome {
+    int code;
+    std::string text;   // stdout and stderr
+};
+
+Outcome run(const std::string& command) {
+    const fs::path log = test_folder() / "log.txt";
+    const int status = std::system((std::string(PIM_BIN) + "/" + command + " >" + log.string() + " 2>&1").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_text(log)};
+}
+
+void expect_failure(const std::string& command, int code, const std::vector<std::string>& words) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.code, code) << command << "\n" << outcome.text;
+    for (const std::string& word : words)
+        EXPECT_NE(outcome.text.find(word), std::string::npos) << command << " should name '" << word << "':\n" << outcome.text;
+}
+
+const std::string kCornell = std::string(PIM_DATA) + "/cornell/cornell.glb";
+
+// A small bake of the Cornell box; `extra` goes to the end, `grid` into [grid].
+std::string description(const std::string& name, const std::string& extra = "", const std::string& geometry = kCornell,
+                        const std::string& grid = "cells = 12") {
+    const fs::path path = test_folder() / (name + ".toml");
+    std::ofstream(path) << "[scene]\ngeometry = \"" << geometry << "\"\n[grid]\n" << grid
+                        << "\n[bake]\nphotons = 3000\ncomponents = [\"direct\", \"indirect\"]\n"
+                        << "[[light]]\nname = \"lamp\"\npower = [100, 100, 100]\nsamples = 60\n"
+                        << "domain = { min = [1, 3.6, 1], max = [4, 4.9, 4] }\n"
+                        << "[[camera]]\nname = \"front\"\neye = [2.78, 2.73, -8]\ntarget = [2.78, 2.73, 2.8]\nsize = [64, 64]\n"
+                        << extra;
+    return path.string();
+}
+
+std::string map_path(const std::string& name) { return (test_folder() / (name + ".vdb")).string(); }
+
+TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
+    const std::string scene = description("threads");
+    for (const char* threads : {"1", "2", "4"})
+        ASSERT_EQ(run("bake run " + scene + " -o " + map_path("threads") + threads + " --threads " + threads).code, 0);
+    const std::string one = read_text(map_path("threads") + "1");
+    EXPECT_EQ(one, read_text(map_path("threads") + "2"));
+    EXPECT_EQ(one, read_text(map_path("threads") + "4"));
+    const std::string parts = map_path("threads") + "p";
+    for (const char* part : {"2/3", "1/3", "3/3"})
+        ASSERT_EQ(run("bake trace " + scene + " -o " + parts + " --part " + part).code, 0);
+    ASSERT_EQ(run("bake fit " + scene + " -o " + parts).code, 0);
+    EXPECT_EQ(one, read_text(parts));
+    for (const char* threads : {"1", "2", "4"})
+        ASSERT_EQ(run("viewer " + map_path("threads") + "1 --output " + (test_folder() / "t").string() + threads + ".exr --threads " + threads).code, 0);
+    EXPECT_EQ(read_text(test_folder() / "t1.exr"), read_text(test_folder() / "t2.exr"));
+    EXPECT_EQ(read_text(test_folder() / "t1.exr"), read_text(test_folder() / "t4.exr"));
+}
+
+TEST(EndToEnd, AKilledBakeGoesOnToTheSameBytes) {
+    const std::string scene = description("killed");
+    const std::string whole = map_path("killed_whole"), killed = map_path("killed");
+    const std::string more = " --photons 60000";   // long enough to be killed half-way
+    ASSERT_EQ(run("bake run " + scene + " -o " + whole + more).code, 0);
+    const fs::path work = killed + ".work";
+    const auto volumes = [&] {
+        int count = 0;
+        if (fs::exists(work))
+            for (const auto& entry : fs::directory_iterator(work)) count += entry.path().filename().string().starts_with("lamp.");
+        return count;
+    };
+    for (const int signal : {SIGKILL, SIGTERM}) {
+        const pid_t child = fork();
+        if (child == 0) {
+            const std::string bake = std::string(PIM_BIN) + "/bake";
+            execl(bake.c_str(), "bake", "run", scene.c_str(), "-o", killed.c_str(), "--photons", "60000", "--quiet", nullptr);
+            _exit(127);
+        }
+        const int before = volumes();
+        for (int i = 0; i < 6000 && volumes() < before + 5; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        kill(child, signal);
+        int status = 0;
+        waitpid(child, &status, 0);
+        EXPECT_FALSE(fs::exists(killed)) << "a map before its time";
+        EXPECT_GE(volumes(), before + 5);
+        if (signal == SIGTERM) {
+            EXPECT_EQ(WEXITSTATUS(status), 130);
+        }
+    }
+    ASSERT_EQ(run("bake run " + scene + " -o " + killed + more).code, 0);
+    EXPECT_EQ(read_text(whole), read_text(killed));
+}
+
+TEST(EndToEnd, TheStoredDescriptionMakesTheSameMap) {
+    const std::string scene = description("stored");
+    ASSERT_EQ(run("bake run " + scene + " -o " + map_path("stored") + " --photons 1000").code, 0);
+    const VdbReader file(map_path("stored"));
+    std::ofstream(test_folder() / "again.toml") << file.text("scene");
+    ASSERT_EQ(run("bake run " + (test_folder() / "again.toml").string() + " -o " + map_path("again")).code, 0);
+    EXPECT_EQ(read_text(map_path("stored")), read_text(map_path("again")));
+}
+
+TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
+    const std::string scene = description("json"), map = map_path("json");
+    ASSERT_EQ(run("bake run " + scene + " -o " + map).code, 0);
+    const auto keys = [](const std::string& command, const std::vector<std::string>& wanted) {
+        const auto json = nlohmann::json::parse(run(command + " --json --quiet").text);
+        for (const std::string& key : wanted) EXPECT_TRUE(json.contains(key)) << command << " lacks " << key;
+    };
+    keys("bake info " + map, {"cells", "lights", "bytes", "residual", "left_out"});
+    keys("bake plan " + scene, {"grid", "cells", "light_samples", "photons_total", "memory_bytes", "disk_bytes",
+                                "seconds_estimate", "left_out", "warnings"});
+    keys("bake evaluate " + map + " --lights 2 --pixels 64 --paths 8",
+         {"relrmse", "relrmse_indirect", "relrmse_p95", "relrmse_per_position", "reference_noise", "bake_seconds", "frame_seconds"});
+    const fs::path stats = test_folder() / "stats.json";
+    ASSERT_EQ(run("viewer " + map + " --output " + (test_folder() / "s.png").string() + " --stats " + stats.string()).code, 0);
+    const auto json = nlohmann::json::parse(read_text(stats));
+    for (const char* key : {"frame_seconds", "primary_rays", "cells", "packed_bytes", "load_seconds", "peak_rss_bytes", "threads"})
+        EXPECT_TRUE(json.contains(key)) << key;
+}
+
+TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
+    expect_failure("bake run /nowhere/scene.toml", 1, {"/nowhere/scene.toml"});
+    expect_failure("bake run " + description("no_geometry", "", "nowhere.obj"), 1, {"nowhere.obj", "geometry"});
+    std::ofstream(test_folder() / "broken.glb") << "no glTF at all";
+    expect_failure("bake run " + description("broken", "", (test_folder() / "broken.glb").string()), 1, {"broken.glb"});
+    expect_failure("bake run " + description("unknown", "[extra]\n"), 1, {"unknown.toml", "extra", "unknown"});
+    expect_failure("bake run " + description("range", "", kCornell, "cells = -3"), 1, {"range.toml", "cells", "1 to 4096"});
+    expect_failure("bake run " + description("type", "", kCornell, "cells = \"many\""), 1, {"type.toml", "cells", "whole number"});
+    expect_failure("bake run " + description("bounds", "", kCornell, "bounds = { min = [90,90,90], max = [91,91,91] }"), 1,
+                   {"bounds", "no surface"});
+    expect_failure("bake run " + description("fine", "", kCornell, "cell_size = 0.0001"), 1, {"[grid]", "cells"});
+    expect_failure("bake run " + description("always", "", kCornell, "cells = 8\n[bake2]"), 1, {"bake2"});
+    expect_failure("bake run", 2, {"SCENE.toml"});
+    expect_failure("bake fly x", 2, {});
+    expect_failure("bake trace " + description("part") + " --part 4/3", 2, {"--part", "K/N"});
+    expect_failure("bake info " + description("notvdb"), 1, {"notvdb.toml"});
+    EXPECT_FALSE(fs::exists(map_path("range")));
+    for (const auto& entry : fs::directory_iterator(test_folder()))
+        EXPECT_EQ(entry.path().filename().string().find(".tmp"), std::string::npos) << entry.path();
+}
+
+TEST(EndToEnd, ViewerRefusesWhatItCannotShow) {
+    const std::string map = map_path("viewer"), out = " --output " + (test_folder() / "v.png").string();
+    ASSERT_EQ(run("bake run " + description("viewer", "", kCornell, "cells = 12") + " -o " + map).code, 0);
+    expect_failure("viewer " + map + out + " --light lamp=0,0,0", 2, {"lamp", "domain"});
+    expect_failure("viewer " + map + out + " --light lamp=1,2", 2, {"--light", "three numbers"});
+    expect_failure("viewer " + map + out + " --light sun=1,2,3", 2, {"sun", "lamp"});
+    expect_failure("viewer " + map + out + " --gain lamp=x", 2, {"--gain"});
+    expect_failure("viewer " + map + out + " --camera back", 2, {"back", "front"});
+    expect_failure("viewer " + map + out + " --size 0x5", 2, {"--size"});
+    expect_failure("viewer " + map + " --output v.bmp", 2, {".exr", ".png"});
+    expect_failure("viewer " + map + " --output /nowhere/v.png", 1, {"/nowhere"});
+    expect_failure("viewer " + map_path("missing") + out, 1, {"missing.vdb"});
+    expect_failure("viewer " + map + out + " --geometry " + std::string(PIM_DATA) + "/panel/panel.glb", 1, {"another geometry"});
+    std::string cut = read_text(map);
+    std::ofstream(map_path("cut"), std::ios::binary) << cut.substr(0, cut.size() / 2);
+    expect_failure("viewer " + map_path("cut") + out, 1, {"cut.vdb"});
+    EXPECT_EQ(run("viewer " + map + out + " --light lamp=2,4,2 --gain lamp=0.5 --direct baked --view density").code, 0);
+}
+
+}  // namespace
+}  // namespace pim
