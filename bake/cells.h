@@ -26,7 +26,7 @@ struct Cells {
 };
 
 struct CellOptions {
-    uint64_t most_photons = uint64_t{1} << 24;
+    uint64_t most_photons = uint64_t{1} << 23;
 };
 Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed,
                  const CellOptions& options = {});

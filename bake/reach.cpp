@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "common/core/log.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
 #include "common/transport/photon.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
 constexpr uint64_t kPhotonBlock = 4096;
 constexpr double kMovedShare = 1e-3;   // of the area: the verdicts have settled when a doubling moves less
+constexpr double kLitShare = 0.1;      // of the mean irradiance: darker cells need not settle
 constexpr double kOpenShare = 5e-3;    // of the area: ... and less than this has seen no photon and is not dark
 
 // Fragments of one cell stand together; this finds them by cell.
@@ -72,11 +74,13 @@ class Pass {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
             open_.assign(table_.cell_count(), 0.0);
+            mean_hits_ = std::accumulate(hits_.begin(), hits_.end(), 0.0) / area;
             parallel_for(table_.cell_count(), [&](std::size_t cell) { judge_cell(cell); });
             reach.moved_area = 0;
             for (std::size_t f = 0; f < dark_.size(); ++f)
                 if (dark_[f] != before[f]) reach.moved_area += fragments_[f].area;
             const double open = std::accumulate(open_.begin(), open_.end(), 0.0);
+            log_debug(fmt::format("reach: {} photons, {:.3g} % of the area moved, {:.3g} % unseen beside lit surface", until, 100 * reach.moved_area / area, 100 * open / area));
             const bool settled = reach.moved_area < kMovedShare * area && open < kOpenShare * area;
             if (settled || 2 * until > most_photons) break;
         }
@@ -160,7 +164,8 @@ class Pass {
             }
         }
         for (std::size_t f = begin; f < end; ++f)
-            if (!dark_[f] && hits_[f] == 0 && hits[facing_[f]] > 0) open_[cell] += fragments_[f].area;
+            if (!dark_[f] && hits_[f] == 0 && hits[facing_[f]] > kLitShare * mean_hits_ * area[facing_[f]])
+                open_[cell] += fragments_[f].area;
     }
 
     // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it with
@@ -184,6 +189,7 @@ class Pass {
     std::vector<uint32_t> hits_;
     std::vector<uint8_t> dark_, facing_;   // bytes: written by several threads
     std::vector<double> open_;             // per cell, m² that beside lit surface has seen no photon yet
+    double mean_hits_ = 0;                 // per m²
     uint64_t photons_ = 0;
 };
 
