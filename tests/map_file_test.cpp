@@ -183,7 +183,9 @@ TEST(MapFile, OtherVersionsAreRefused) {
 
 TEST(MapFile, EveryMissingKeyIsAnError) {
     const TemporaryFolder folder;
-    write_map(folder / "a.vdb", test_map(false), Vec3d(0));
+    IlluminationMap map = test_map(false);
+    map.lights.erase(map.lights.begin());   // fewer grids: faster
+    write_map(folder / "a.vdb", map, Vec3d(0));
     const VdbMetadata metadata = VdbReader(folder / "a.vdb").metadata();
     const std::set<std::string> for_people = {"program_version", "origin", "grid_corner"};   // nobody needs them
     for (const auto& [key, _] : metadata) {

@@ -29,17 +29,13 @@ Rgb shade(const Moment& m, const SurfaceCells& cells, const Ray& ray) {
 // Centres that no surface hides by more than a cell.
 void draw_centres(const Moment& m, const Camera& camera, Image& image) {
     const CameraRays rays(camera, {image.width, image.height});
-    const Vec3 corner = rays.through(0, 0).direction, right = rays.through(float(image.width), 0).direction,
-               down = rays.through(0, float(image.height)).direction;
-    const Vec3 forward = (camera.target - camera.eye).normalized();
-    const Vec3 a = corner / corner.dot(forward), u = right / right.dot(forward) - a, v = down / down.dot(forward) - a;
     for (const Patch& patch : m.map.patches) {
-        const Vec3 path = Vec3(m.map.grid.centre(patch.cell)) - camera.eye;
-        const float depth = path.dot(forward), distance = path.length();
-        if (!(depth > 0)) continue;
-        const Vec3 on_plane = path / depth - a;
-        const int x = int(on_plane.dot(u) / u.length2() * float(image.width));
-        const int y = int(on_plane.dot(v) / v.length2() * float(image.height));
+        const Vec3 centre(m.map.grid.centre(patch.cell));
+        const auto pixel = rays.pixel_of(centre);
+        if (!pixel) continue;
+        const int x = pixel->x, y = pixel->y;
+        const Vec3 path = centre - camera.eye;
+        const float distance = path.length();
         if (x < 1 || y < 1 || x >= image.width - 1 || y >= image.height - 1) continue;
         if (m.caster.occluded({camera.eye, path / distance, distance - float(m.map.grid.cell_size)})) continue;
         image.at(x, y) = image.at(x + 1, y) = image.at(x, y + 1) = image.at(x + 1, y + 1) = Rgb(1, 0.9f, 0.1f);

@@ -8,6 +8,7 @@
 #include "common/map/irradiance.h"
 #include "common/map/map_file.h"
 #include "common/render/frame.h"
+#include "common/render/light_image.h"
 #include "common/render/path_radiance.h"
 #include "viewer/cell_view.h"
 
@@ -15,17 +16,21 @@ namespace pim {
 namespace {
 
 Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o, const FrameOptions& frame) {
-    if (point_lamps_meet_specular(baked.scene))
-        log_warning("light of point lamps that reaches a surface by mirrors or glass cannot be found from the eye and "
-                    "is missing in this picture");
     const PathScene scene{baked.scene, caster, o.lights, o.show_lamps};
-    return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
+    Image image = render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
         Rgb shown(0);
         if (o.direct != DirectLight::none) shown += seen.total - seen.indirect;
         if (o.indirect) shown += seen.indirect;
         return shown;
     });
+    if (!o.indirect || !point_lamps_meet_specular(baked.scene)) return image;
+    log_warning("light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in mirrors or "
+                "through glass it is missing");
+    const uint64_t photons = uint64_t(image.width) * uint64_t(image.height) * uint64_t(o.samples);
+    const Image added = light_image(scene, o.camera, o.size, photons, frame.seed, 0);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += added.pixels[i];
+    return image;
 }
 
 Moment moment_of(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {

@@ -18,4 +18,17 @@ Ray CameraRays::through(float x, float y) const {
     return {eye_, (forward_ + right_ * sx + down_ * sy).normalized()};
 }
 
+std::optional<CameraRays::Pixel> CameraRays::pixel_of(const Vec3& position) const {
+    const Vec3 path = position - eye_;
+    const float depth = path.dot(forward_);
+    if (!(depth > 0)) return std::nullopt;
+    const Vec3 on_plane = path / depth - forward_;   // at distance 1
+    const float sx = on_plane.dot(right_) / right_.length2(), sy = on_plane.dot(down_) / down_.length2();
+    const float x = 0.5f * (sx + 1) * float(size_.x), y = 0.5f * (sy + 1) * float(size_.y);
+    if (!(x >= 0 && y >= 0 && x < float(size_.x) && y < float(size_.y))) return std::nullopt;
+    const float cosine = depth / path.length();
+    const float pixel_area = 4 * right_.length() * down_.length() / (float(size_.x) * float(size_.y));
+    return Pixel{int(x), int(y), pixel_area * cosine * cosine * cosine};
+}
+
 }  // namespace pim

@@ -2,6 +2,8 @@
 // Pixels to rays.
 #pragma once
 
+#include <optional>
+
 #include "common/scene/camera.h"
 #include "common/transport/ray_caster.h"
 
@@ -12,7 +14,14 @@ class CameraRays {
     CameraRays(const Camera& camera, const Imath::V2i& size);
     // Through the image at (x, y) in pixels, (0, 0) its upper left corner.
     Ray through(float x, float y) const;
+    // The pixel through which a place is seen, if the image holds it, and the solid angle of that pixel, sr.
+    struct Pixel {
+        int x, y;
+        float solid_angle;
+    };
+    std::optional<Pixel> pixel_of(const Vec3& position) const;
     const Imath::V2i& size() const { return size_; }
+    const Vec3& eye() const { return eye_; }
 
   private:
     Vec3 eye_, forward_, right_, down_;   // right_ and down_ span half the image at distance 1

@@ -19,7 +19,8 @@ struct Moment {
     DirectLight direct = DirectLight::traced;
     bool indirect = true;
     bool show_lamps = false;
-    int shadow_samples = 16;            // per rectangular lamp and hit
+    static constexpr int kShadowSamples = 16;
+    int shadow_samples = kShadowSamples;   // per rectangular lamp and hit
     std::vector<Rgb> patch_values;      // from evaluate_patches
 };
 

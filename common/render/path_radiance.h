@@ -23,7 +23,7 @@ struct Seen {
 
 // One random path. `indirect` is all that has not come straight from a lamp to the first diffuse surface.
 // Light of a point lamp that has passed glass or mirrors before its first diffuse surface cannot be found from the eye
-// and is missing here: light_image adds it.
+// and is missing here: see light_image.h.
 Seen path_radiance(const PathScene& scene, const Ray& ray, RandomStream& random);
 
 // Does the scene need what path_radiance misses?
