@@ -48,19 +48,18 @@ TEST(Photon, CountersAndFlagsOfALanding) {
     scene.materials.push_back(mirror_material(Rgb(0.9f)));
     for (std::size_t t = 0; t < 4; ++t) scene.geometry.triangles[t].material = 1;
     int met = 0;
-    bool only_mirrors = true;
+    bool begins_at_mirror = false;
     shoot(
         scene, 2000,
         [&](const Landing& l) {
             EXPECT_EQ(l.surfaces_met, met);
             EXPECT_EQ(l.straight, met == 0);
-            EXPECT_EQ(l.only_specular, only_mirrors);
+            EXPECT_EQ(l.begins_specular, begins_at_mirror);
             EXPECT_NEAR(l.direction.length(), 1, 1e-6);
             EXPECT_NEAR(l.chance_of_ending, 1 - max_channel(l.surface.diffuse + l.surface.specular), 1e-6);
-            ++met;
-            only_mirrors = only_mirrors && l.surface.material == &scene.materials[1];
+            if (met++ == 0) begins_at_mirror = l.surface.material == &scene.materials[1];
         },
-        [&] { met = 0, only_mirrors = true; });
+        [&] { met = 0, begins_at_mirror = false; });
 }
 
 // `store` = "absorbed" rests on this: landed flux where photons end, divided by their chance, is all landed flux.
