@@ -224,7 +224,7 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
                                 cells.grid.cell_count()));
     if (scene.grid.reachable_area_only)
         lines.push_back(fmt::format("{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
-                                    "doubling them moved {:.2g} m²)", cells.surface_area - cells.counted_area,
+                                    "doubling them moved {:.2g} m²)", std::max(0.0, cells.surface_area - cells.counted_area),
                                     cells.surface_area, cells.deciding_photons, cells.moved_area));
     const auto facings = cells_by_slot(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)

@@ -104,41 +104,41 @@ void densities_by_area(const Cells& cells, const PatchSums& sums, double photons
     }
 }
 
-// Area of all patches of each patch's cell.
-std::vector<double> areas_of_cells(const Cells& cells) {
-    std::vector<double> areas;
-    for (const Patch& patch : cells.patches) {
-        double sum = 0;
-        for (const int p : *cells.index.find_cell(patch.cell))
-            if (p >= 0) sum += cells.patches[p].area;
-        areas.push_back(sum);
-    }
-    return areas;
-}
+// What lies within the sphere about a cell's centre, for one facing.
+struct SphereSums {
+    Vec3d flux{0};               // sum of w · flux, w the photon's share of the facing
+    double squares = 0;          // sum of (w · flux)², channels' mean
+    double first = 0, second = 0;   // sums of w · flux and w² · flux, channels' mean
 
-// E = flux within the sphere / (pi r²), as the thesis; with facings, that disk times the facing's share of the cell.
+    void add(const Rgb& photon, double w) {
+        const double mean = mean_channel(photon);
+        flux += Vec3d(photon) * w;
+        squares += w * mean * w * mean;
+        first += w * mean, second += w * w * mean;
+    }
+    // Flux / (pi r²), as the thesis; a surface between facings shows each only the share `second / first` of itself.
+    double scale(double disk, double photons) const { return second > 0 ? first / (second * disk * photons) : 0; }
+};
+
 void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vector<StoredPhoton>& photons,
                          DensityVolume& volume) {
     const double radius = scene.grid.radius.value_or(kDefaultRadius * cells.grid.cell_size);
+    const double disk = double(kPi) * radius * radius, emitted = double(scene.bake.photons);
     std::vector<Vec3> positions;
     for (const StoredPhoton& photon : photons) positions.push_back(photon.position);
     const PhotonMap map(positions);
-    const std::vector<double> cell_area = areas_of_cells(cells);
     for (const Component c : scene.bake.components) {
         volume.components[int(c)].density.resize(cells.patches.size());
         volume.components[int(c)].variance.resize(cells.patches.size());
     }
     for (std::size_t p = 0; p < cells.patches.size(); ++p) {
-        const Patch& patch = cells.patches[p];
-        std::array<PatchSums, kComponentCount> sums;
-        for (PatchSums& s : sums) s.resize(1);
-        for (const std::size_t i : map.within(cells.grid.centre(patch.cell), radius))
-            sums[int(photons[i].component)].add(0, photons[i].flux * photons[i].facing.weight[patch.slot % kFacingCount]);
-        const double disk = double(kPi) * radius * radius * double(patch.area) / cell_area[p];
-        const double scale = 1 / (double(scene.bake.photons) * disk);
+        std::array<SphereSums, kComponentCount> sums;
+        for (const std::size_t i : map.within(cells.grid.centre(cells.patches[p].cell), radius))
+            sums[int(photons[i].component)].add(photons[i].flux, photons[i].facing.weight[cells.patches[p].slot % kFacingCount]);
         for (const Component c : scene.bake.components) {
-            volume.components[int(c)].density[p] = Rgb(sums[int(c)].flux[0] * scale);
-            volume.components[int(c)].variance[p] = float(sums[int(c)].squares[0] * scale * scale);
+            const double scale = sums[int(c)].scale(disk, emitted);
+            volume.components[int(c)].density[p] = Rgb(sums[int(c)].flux * scale);
+            volume.components[int(c)].variance[p] = float(sums[int(c)].squares * scale * scale);
         }
     }
 }

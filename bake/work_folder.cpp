@@ -18,9 +18,9 @@ std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x
 
 std::string light_text(const Light& light) {
     const RectangleShape* r = light.rectangle();
-    return fmt::format("light {} {} domain {} to {} position {}\n", light.name,
+    return fmt::format("light {} {} domain {} to {}\n", light.name,
                        r ? fmt::format("rectangle {:.9g} {:.9g} {}", r->size.x, r->size.y, text(r->normal)) : "point",
-                       text(light.domain.min), text(light.domain.max), text(light.position));
+                       text(light.domain.min), text(light.domain.max));
 }
 
 std::string pack(const std::vector<FragmentKey>& keys) {

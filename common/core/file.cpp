@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
+#include <iterator>
 
 #include "common/core/error.h"
 
@@ -58,10 +58,11 @@ void write_text_atomically(const fs::path& path, const std::string& text) {
 
 std::string read_text(const fs::path& path) {
     std::ifstream stream(path, std::ios::binary);
-    std::ostringstream text;
-    if (fs::is_directory(path) || !stream || !(text << stream.rdbuf()))
+    if (fs::is_directory(path) || !stream)
         throw Error(fmt::format("{}: cannot be read; is the path right?", path.string()));
-    return text.str();
+    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    if (stream.bad()) throw Error(fmt::format("{}: cannot be read to its end", path.string()));
+    return text;
 }
 
 void ContentHash::feed(const void* data, std::size_t bytes) {

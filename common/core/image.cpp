@@ -65,7 +65,8 @@ void write_image(const std::filesystem::path& path, const Image& image, float ex
     write_atomically(path, [&](const std::filesystem::path& temporary) {
         const auto output = OIIO::ImageOutput::create(temporary.string());
         const bool exr = extension == ".exr";
-        const OIIO::ImageSpec spec(image.width, image.height, 3, exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+        OIIO::ImageSpec spec(image.width, image.height, 3, exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+        spec.attribute("DateTime", "1970:01:01 00:00:00");   // the same bytes whenever it is written
         if (!output || !output->open(temporary.string(), spec) ||
             !(exr ? output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
                   : output->write_image(OIIO::TypeDesc::UINT8, to_srgb8(image, exposure).data())) ||

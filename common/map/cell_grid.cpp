@@ -14,7 +14,7 @@ namespace {
 constexpr int kNotTied = INT32_MIN;
 constexpr double kFlat = 1e-3;     // a triangle thinner than this along an axis lies flat there, in cells
 constexpr double kShift = 1e-2;    // ... and is tied to the cell so far in front of it
-constexpr double kBorder = 2e-2;   // places so far outside the grid still count as on its border
+constexpr double kBorder = 1e-4;   // places so far outside the grid still count as on its border, in cells
 constexpr int kMostCells = 4096;   // per axis
 constexpr float kFacingThreshold = 0.02f;
 

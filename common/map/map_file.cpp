@@ -168,12 +168,11 @@ MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std
 }
 
 void check_complete(const VdbReader& file, const std::filesystem::path& path) {
-    const auto version = file.metadata().find("format_version");
-    if (version == file.metadata().end())
-        throw Error(fmt::format("{}: is an OpenVDB file, but no map that `bake` made", path.string()));
-    if (std::get<int64_t>(version->second) != kFormatVersion)
+    if (!file.metadata().contains("format_version"))
+        throw Error(fmt::format("{}: is no map; give the file that `bake run` wrote", path.string()));
+    if (file.integer("format_version") != kFormatVersion)
         throw Error(fmt::format("{}: has format version {}, this program reads {}; bake it again", path.string(),
-                                std::get<int64_t>(version->second), kFormatVersion));
+                                file.integer("format_version"), kFormatVersion));
     for (const std::string& grid : split(file.text("grids")))
         if (!file.has(grid)) throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), grid));
 }
@@ -242,8 +241,8 @@ IlluminationMap read_map(const std::filesystem::path& path) {
     map.grid.origin = file.vector("grid_local_corner");
     map.grid.cell_size = file.number("grid_cell_size");
     map.grid.size = Index3(file.vector("grid_size"));
-    map.grid.facings = std::get<int64_t>(file.metadata().at("grid_facings")) != 0;
-    map.grey = std::get<int64_t>(file.metadata().at("grey")) != 0;
+    map.grid.facings = file.integer("grid_facings") != 0;
+    map.grey = file.integer("grey") != 0;
     map.description = file.text("scene");
     map.geometry_path = file.text("geometry");
     map.geometry_hash = file.text("geometry_hash");

@@ -84,6 +84,32 @@ typename Grid::Ptr make_grid(const std::vector<Index3>& cells, Value value_at) {
     return grid;
 }
 
+constexpr char kTrailer[] = "pim-end\n";
+constexpr std::size_t kTrailerText = sizeof kTrailer - 1, kTrailerLength = kTrailerText + 8;
+
+std::string trailer_of(uint64_t length) {
+    std::string trailer(kTrailer);
+    for (int byte = 0; byte < 8; ++byte) trailer += char(length >> 8 * byte & 0xff);
+    return trailer;
+}
+
+void append_trailer(std::ofstream& file) {
+    const std::string trailer = trailer_of(uint64_t(file.tellp()) + kTrailerLength);
+    file.write(trailer.data(), std::streamsize(trailer.size()));
+}
+
+void check_trailer(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    const uint64_t length = std::filesystem::file_size(path);
+    std::string end(kTrailerLength, '\0');
+    if (length >= kTrailerLength) {
+        file.seekg(std::streamoff(length - kTrailerLength));
+        file.read(end.data(), std::streamsize(kTrailerLength));
+    }
+    if (end != trailer_of(length))
+        throw Error(fmt::format("{}: was not made by `bake`, or has been cut short; bake it again", path.string()));
+}
+
 // Overwrites OpenVDB's random identifier by a hash of all other bytes, in the same 8-4-4-4-12 form.
 void identify_by_content(const std::filesystem::path& path) {
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
@@ -147,6 +173,7 @@ void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, c
 void VdbWriter::finish() {
     Implementation& i = *implementation_;
     if (i.missing != 0) throw std::logic_error("VdbWriter: fewer or more grids than announced");
+    append_trailer(i.file);
     i.file.close();
     if (!i.file) throw Error(fmt::format("{}: cannot be written; is the disk full?", i.path.string()));
     identify_by_content(i.path);
@@ -156,19 +183,29 @@ struct VdbReader::Implementation {
     std::filesystem::path path;
     std::unique_ptr<openvdb::io::File> file;
     VdbMetadata metadata;
+
+    openvdb::GridBase::Ptr read(const std::string& name) const {
+        try {
+            if (file->hasGrid(name)) return file->readGrid(name);
+        } catch (const std::exception& e) {
+            throw Error(fmt::format("{}: the grid {} cannot be read: {}", path.string(), name, e.what()));
+        }
+        throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), name));
+    }
 };
 
 VdbReader::VdbReader(const std::filesystem::path& path) : implementation_(std::make_unique<Implementation>()) {
     initialise();
     implementation_->path = path;
     if (!std::filesystem::is_regular_file(path)) throw Error(fmt::format("{}: there is no such file", path.string()));
+    check_trailer(path);
     try {
         implementation_->file = std::make_unique<openvdb::io::File>(path.string());
         implementation_->file->setCopyMaxBytes(0);   // map the file, however small: never copy it
         implementation_->file->open(/*delayLoad=*/true);
         implementation_->metadata = from_openvdb(*implementation_->file->getMetadata());
     } catch (const std::exception& e) {
-        throw Error(fmt::format("{}: is no complete OpenVDB file: {}", path.string(), e.what()));
+        throw Error(fmt::format("{}: is damaged: {}; bake it again", path.string(), e.what()));
     }
 }
 
@@ -191,7 +228,7 @@ std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
         for (auto it = grid.cbeginValueOn(); it; ++it)
             cells.push_back({it.getCoord().x(), it.getCoord().y(), it.getCoord().z()});
     };
-    const auto grid = implementation_->file->readGrid(name);
+    const auto grid = implementation_->read(name);
     if (grid->isType<FloatGrid>()) collect(static_cast<const FloatGrid&>(*grid));
     else collect(static_cast<const Vec3SGrid&>(*grid));
     return cells;
@@ -200,20 +237,16 @@ std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
 std::vector<float> VdbReader::values(const std::string& name, const std::vector<Index3>& cells, int channels) const {
     std::vector<float> values;
     values.reserve(cells.size() * channels);
-    try {
-        const auto grid = implementation_->file->readGrid(name);
-        if (grid->isType<FloatGrid>()) {
-            const auto accessor = static_cast<const FloatGrid&>(*grid).getConstAccessor();
-            for (const Index3& c : cells) values.insert(values.end(), channels, accessor.getValue(to_coord(c)));
-        } else {
-            const auto accessor = static_cast<const Vec3SGrid&>(*grid).getConstAccessor();
-            for (const Index3& c : cells) {
-                const openvdb::Vec3s v = accessor.getValue(to_coord(c));
-                for (int i = 0; i < channels; ++i) values.push_back(v[i]);
-            }
+    const auto grid = implementation_->read(name);
+    if (grid->isType<FloatGrid>()) {
+        const auto accessor = static_cast<const FloatGrid&>(*grid).getConstAccessor();
+        for (const Index3& c : cells) values.insert(values.end(), channels, accessor.getValue(to_coord(c)));
+    } else {
+        const auto accessor = static_cast<const Vec3SGrid&>(*grid).getConstAccessor();
+        for (const Index3& c : cells) {
+            const openvdb::Vec3s v = accessor.getValue(to_coord(c));
+            for (int i = 0; i < channels; ++i) values.push_back(v[i]);
         }
-    } catch (const std::exception& e) {
-        throw Error(fmt::format("{}: the grid {} cannot be read: {}", implementation_->path.string(), name, e.what()));
     }
     return values;
 }
@@ -230,6 +263,7 @@ T get(const VdbMetadata& metadata, const std::string& key, const std::filesystem
 
 std::string VdbReader::text(const std::string& key) const { return get<std::string>(metadata(), key, implementation_->path); }
 double VdbReader::number(const std::string& key) const { return get<double>(metadata(), key, implementation_->path); }
+int64_t VdbReader::integer(const std::string& key) const { return get<int64_t>(metadata(), key, implementation_->path); }
 Vec3d VdbReader::vector(const std::string& key) const { return get<Vec3d>(metadata(), key, implementation_->path); }
 
 }  // namespace pim

@@ -38,20 +38,24 @@ class VdbWriter {
     std::unique_ptr<Implementation> implementation_;
 };
 
+// Files end with a trailer, which OpenVDB does not read: "pim-end\n" and the file's length as 8 bytes, least first.
+// A file that was cut short, or that another program wrote, lacks it.
 class VdbReader {
   public:
-    explicit VdbReader(const std::filesystem::path& path);   // throws Error: missing, not OpenVDB, truncated
+    explicit VdbReader(const std::filesystem::path& path);   // throws Error: missing, not ours, cut short
     ~VdbReader();
     const VdbMetadata& metadata() const;
     std::vector<std::string> grid_names() const;
     bool has(const std::string& name) const;
-    std::vector<Index3> active_cells(const std::string& name) const;
-    // Values at the cells, one after the other, as 3 channels where `channels` is 3 (a float grid repeats its value).
+    std::vector<Index3> active_cells(const std::string& name) const;   // throws Error: no such grid
+    // Values at the cells, one after the other, as 3 channels where `channels` is 3 (a float grid repeats its
+    // value). Throws Error: no such grid, or it cannot be read.
     std::vector<float> values(const std::string& name, const std::vector<Index3>& cells, int channels) const;
 
     // Typed metadata; throws Error naming the file and the key.
     std::string text(const std::string& key) const;
     double number(const std::string& key) const;
+    int64_t integer(const std::string& key) const;
     Vec3d vector(const std::string& key) const;
 
   private:

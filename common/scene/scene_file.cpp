@@ -132,8 +132,8 @@ class DescriptionReader {
         if (table.has("up")) camera.up = Vec3(table.vector("up"));
         camera.vertical_fov = float(table.number("vertical_fov", 40, 0.1, 179));
         if (table.has("size")) {
-            const auto size = table.numbers("size", 2, 1, 32768);
-            camera.size = {int(size[0]), int(size[1])};
+            const auto size = table.integers("size", 2, 1, 32768);
+            camera.size = {size[0], size[1]};
         }
         if (!((camera.target - camera.eye).cross(camera.up).length() > 0))
             table.fail("target", "eye, target and up must not lie on one line");
@@ -179,18 +179,16 @@ class DescriptionReader {
         if (!free) light.domain = Box3(light.position);
         if (!light.domain.intersects(light.position)) table.fail("position", "lies outside the light's domain");
         if (!table.has("boxes")) return;
-        const auto boxes = table.numbers("boxes", 3, 1, 64);
-        for (int axis = 0; axis < 3; ++axis) {
-            light.boxes[axis] = light.domain.max[axis] > light.domain.min[axis] ? int(boxes[axis]) : 1;
-            if (boxes[axis] != std::floor(boxes[axis])) table.fail("boxes", "must be whole numbers");
-        }
+        const auto boxes = table.integers("boxes", 3, 1, 64);
+        for (int axis = 0; axis < 3; ++axis)
+            light.boxes[axis] = light.domain.max[axis] > light.domain.min[axis] ? boxes[axis] : 1;
     }
 
     void read_samples(TomlTable& table, Light& light) {
         const bool given = table.has("samples");
         if (given && table.is_array("samples")) {
-            const auto n = table.numbers("samples", 3, 1, 1000);
-            light.samples = Index3(int(n[0]), int(n[1]), int(n[2]));
+            const auto n = table.integers("samples", 3, 1, 100);
+            light.samples = Index3(n[0], n[1], n[2]);
         } else {
             light.samples = int(table.integer("samples", 182, 1, 1000000));
         }
@@ -261,16 +259,18 @@ class DescriptionReader {
         if (thesis_) apply_thesis();
         if (scene_.lights.empty())
             throw Error(fmt::format("{}: there is no lamp: add a [[light]] with name, position or domain, and power", name_));
-        if (scene_.cameras.empty()) scene_.cameras.push_back(camera_on_everything());
+        if (scene_.cameras.empty()) scene_.cameras.push_back(camera_at_lamp());
         scene_.geometry_hash = content_hash(scene_);
     }
 
-    // Looks at the whole scene from a corner above, so that a description without a camera can be seen.
-    Camera camera_on_everything() const {
+    // Looks from a lamp's place, which is free of surfaces and sees what is lit, to the middle of the scene.
+    Camera camera_at_lamp() const {
         const Box3 box = bounds(scene_.geometry);
         Camera camera;
-        camera.target = box.center();
-        camera.eye = box.center() + Vec3(0.6f, 0.5f, 1.0f).normalized() * (1.3f * box.size().length());
+        camera.eye = scene_.lights[0].position;
+        camera.target = box.center() - Vec3(0.1f, 0.2f, 0.3f) * box.size();
+        camera.vertical_fov = 80;
+        if (!((camera.target - camera.eye).cross(camera.up).length() > 0)) camera.up = {0, 0, 1};
         return camera;
     }
 

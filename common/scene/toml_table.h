@@ -75,6 +75,16 @@ class TomlTable {
         return values;
     }
 
+    // `count` whole numbers.
+    std::vector<int> integers(const std::string& key, std::size_t count, int low, int high) {
+        std::vector<int> values;
+        for (const double v : numbers(key, count, low, high)) {
+            if (v != std::floor(v)) fail(key, fmt::format("must be {} whole numbers from {} to {}", count, low, high));
+            values.push_back(int(v));
+        }
+        return values;
+    }
+
     Vec3d vector(const std::string& key, double low = -1e300, double high = 1e300) {
         const auto v = numbers(key, 3, low, high);
         return {v[0], v[1], v[2]};
