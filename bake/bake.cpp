@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/bake.h"
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "bake/fit.h"
@@ -9,6 +8,7 @@
 #include "common/core/log.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
+#include "common/core/stopwatch.h"
 #include "common/map/map_file.h"
 #include "common/scene/scene_file.h"
 
@@ -16,21 +16,15 @@ namespace pim {
 namespace fs = std::filesystem;
 namespace {
 
-class Stopwatch {
-  public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 // A bake in progress: the scene, what rays need, and where results are kept.
 class Bake {
   public:
     Bake(const fs::path& description, const BakeOptions& options)
-        : options_(options), output_(options.output.value_or(default_output(description))),
+        : options_(options),
+          output_(options.output.value_or(default_output(description))),
           scene_(read_scene(description, {.photons = options.photons, .geometry = {}})),
-          caster_(scene_.geometry, InstructionSet::pinned), solids_(solids_of(scene_)),
+          caster_(scene_.geometry, InstructionSet::pinned),
+          solids_(solids_of(scene_)),
           work_(begin_work()) {
         for (const std::string& warning : warnings_) log_warning(warning);
     }
@@ -41,11 +35,13 @@ class Bake {
         if (auto known = work_.read_cells()) {
             cells_ = std::move(*known);
         } else {
-            cells_ = pim::find_cells(scene_, caster_, [&](const Vec3& p) { return solids_.containing(p).empty(); });
+            cells_ = pim::find_cells(scene_, caster_,
+                                     [&](const Vec3& p) { return solids_.containing(p).empty(); });
             work_.write_cells(cells_);
             note_seconds("cells_seconds", watch.seconds());
         }
-        if (cells_.patches.empty()) throw Error("no light reaches any surface in the bounds; do lamps and bounds fit?");
+        if (cells_.patches.empty())
+            throw Error("no light reaches any surface in the bounds; do lamps and bounds fit?");
         log_info(fmt::format("{} of {} cells hold surface that counts: {} patches, {:.4g} of {:.4g} m²",
                              cells_.index.cell_count(), cells_.grid.cell_count(), cells_.patches.size(),
                              cells_.counted_area, cells_.surface_area));
@@ -56,12 +52,13 @@ class Bake {
         std::vector<LightSample> missing;
         for (const LightSample& sample : part_of_samples())
             if (!work_.has(scene_, sample)) missing.push_back(sample);
-        log_info(fmt::format("{} lamp positions to trace with {} photons each, {} done before", missing.size(),
-                             scene_.bake.photons, part_of_samples().size() - missing.size()));
+        log_info(fmt::format("{} lamp positions to trace with {} photons each, {} done before",
+                             missing.size(), scene_.bake.photons, part_of_samples().size() - missing.size()));
         const SurfaceCells surface(cells_.grid, scene_.geometry);
         Progress progress("tracing lamp positions", missing.size());
         parallel_for(missing.size(), [&](std::size_t i) {
-            work_.write(scene_, cells_, missing[i], trace_density(scene_, caster_, cells_, surface, missing[i]));
+            work_.write(scene_, cells_, missing[i],
+                        trace_density(scene_, caster_, cells_, surface, missing[i]));
             progress.advance();
         });
         if (!missing.empty()) note_seconds("trace_seconds", watch.seconds());
@@ -69,17 +66,22 @@ class Bake {
 
     void fit() {
         const Stopwatch watch;
-        const auto missing = std::ranges::count_if(samples_, [&](const LightSample& s) { return !work_.has(scene_, s); });
+        const auto missing =
+            std::ranges::count_if(samples_, [&](const LightSample& s) { return !work_.has(scene_, s); });
         if (missing > 0)
-            throw Error(fmt::format("{}: {} of {} lamp positions are not traced yet; run `bake trace` for the missing "
-                                    "parts", work_.path().string(), missing, samples_.size()));
-        if (scene_.bake.robust == Robust::automatic) log_debug("robust = \"auto\": no robust fit exists yet, so it is off");
+            throw Error(fmt::format(
+                "{}: {} of {} lamp positions are not traced yet; run `bake trace` for the missing "
+                "parts",
+                work_.path().string(), missing, samples_.size()));
+        if (scene_.bake.robust == Robust::automatic)
+            log_debug("robust = \"auto\": no robust fit exists yet, so it is off");
         IlluminationMap map = empty_map();
         for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
         map.left_out = left_out(scene_, cells_);
         if (const std::size_t dark = drop_dark_patches(map))
-            map.left_out.push_back(fmt::format("{} of {} patches: no photon reached them", dark, cells_.patches.size()));
-        write_map(output_, map, scene_.geometry.origin);
+            map.left_out.push_back(
+                fmt::format("{} of {} patches: no photon reached them", dark, cells_.patches.size()));
+        write_map(output_, map);
         note_seconds("fit_seconds", watch.seconds());
         report_account();
         log_info(fmt::format("wrote {} ({:.1f} MB)", output_.string(), double(fs::file_size(output_)) / 1e6));
@@ -103,6 +105,7 @@ class Bake {
 
     IlluminationMap empty_map() const {
         IlluminationMap map;
+        map.origin = scene_.geometry.origin;
         map.grid = cells_.grid;
         map.patches = cells_.patches;
         map.index = cells_.index;
@@ -122,7 +125,8 @@ class Bake {
             std::vector<LightSample> inside;
             for (const LightSample& s : samples_)
                 if (s.light == number && box.contains(Vec3d(s.position))) inside.push_back(s);
-            if (inside.empty()) throw Error(fmt::format("light '{}' has no usable position in one of its boxes", light.name));
+            if (inside.empty())
+                throw Error(fmt::format("light '{}' has no usable position in one of its boxes", light.name));
             fit_box_of(map_light, box, inside);
         }
         return map_light;
@@ -136,24 +140,26 @@ class Bake {
         auto& polynomials = light.polynomials.emplace_back();
         FitStatistics statistics;
         for (const Component c : scene_.bake.components) {
-            BoxFit fit = pim::fit_box(box, positions, scene_.bake.degree, cells_.patches.size(), [&](std::size_t i) {
-                return work_.read_density(scene_, cells_, inside[i], c);
-            }, shared);
+            BoxFit fit = pim::fit_box(
+                box, positions, scene_.bake.degree, cells_.patches.size(),
+                [&](std::size_t i) { return work_.read_density(scene_, cells_, inside[i], c); }, shared);
             statistics = fit.statistics;
             polynomials[int(c)] = std::move(fit.polynomials);
         }
         light.fits.push_back(statistics);
         const int terms = int(terms_of(scene_.bake.degree, box.moves()).size());
         if (statistics.rank < terms)
-            log_warning(fmt::format("light '{}', box {}: its {} positions determine {} of {} terms; the others are 0",
-                                    light.name, light.fits.size() - 1, statistics.samples, statistics.rank, terms));
+            log_warning(
+                fmt::format("light '{}', box {}: its {} positions determine {} of {} terms; the others are 0",
+                            light.name, light.fits.size() - 1, statistics.samples, statistics.rank, terms));
     }
 
     void note_seconds(const char* key, double seconds) {
         nlohmann::json run = work_.read_run();
         if (!run.is_object()) run = nlohmann::json::object();
         run[key] = run.value(key, 0.0) + seconds;
-        run["bake_seconds"] = run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0) + run.value("fit_seconds", 0.0);
+        run["bake_seconds"] =
+            run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0) + run.value("fit_seconds", 0.0);
         run["threads"] = thread_count();
         run["settings"] = trace_settings(scene_, caster_);
         work_.write_run(run);
@@ -163,22 +169,28 @@ class Bake {
         EnergyAccount total;
         for (const LightSample& s : samples_) total.add(work_.read_account(scene_, s));
         const auto share = [&](const Vec3d& v) { return v / double(total.emitted); };
-        const Vec3d a = share(total.absorbed_flux), e = share(total.escaped_flux), c = share(total.cut_off_flux),
-                    n = share(total.normals_flux), sum = share(total.total_flux()), error = total.standard_error();
+        const Vec3d a = share(total.absorbed_flux), e = share(total.escaped_flux),
+                    c = share(total.cut_off_flux), n = share(total.normals_flux),
+                    sum = share(total.total_flux()), error = total.standard_error();
         log_info(fmt::format("photons: {} emitted = {} absorbed + {} escaped + {} cut off", total.emitted,
                              total.absorbed, total.escaped, total.cut_off));
-        log_info(fmt::format("flux of red, green, blue: {:.4f} {:.4f} {:.4f} absorbed, {:.4f} {:.4f} {:.4f} escaped, "
-                             "{:.4f} {:.4f} {:.4f} cut off, sum {:.4f} {:.4f} {:.4f} (standard error {:.4f} {:.4f} {:.4f})",
-                             a.x, a.y, a.z, e.x, e.y, e.z, c.x, c.y, c.z, sum.x, sum.y, sum.z, error.x, error.y, error.z));
+        log_info(fmt::format(
+            "flux of red, green, blue: {:.4f} {:.4f} {:.4f} absorbed, {:.4f} {:.4f} {:.4f} escaped, "
+            "{:.4f} {:.4f} {:.4f} cut off, sum {:.4f} {:.4f} {:.4f} (standard error {:.4f} {:.4f} {:.4f})",
+            a.x, a.y, a.z, e.x, e.y, e.z, c.x, c.y, c.z, sum.x, sum.y, sum.z, error.x, error.y, error.z));
         if (std::max({c.x, c.y, c.z}) > 0.01)
-            log_warning(fmt::format("photons were cut off after {} surfaces with {:.1f} % of the flux: surfaces "
-                                    "reflect nearly all light; expect the picture to be too dark by that",
-                                    kMaxPhotonBounces, 100 * std::max({c.x, c.y, c.z})));
+            log_warning(
+                fmt::format("photons were cut off after {} surfaces with {:.1f} % of the flux: surfaces "
+                            "reflect nearly all light; expect the picture to be too dark by that",
+                            kMaxPhotonBounces, 100 * std::max({c.x, c.y, c.z})));
         nlohmann::json run = work_.read_run();
         const auto rgb = [](const Vec3d& v) { return nlohmann::json{v.x, v.y, v.z}; };
-        run["photons"] = {{"emitted", total.emitted}, {"absorbed", total.absorbed}, {"escaped", total.escaped}, {"cut_off", total.cut_off}};
-        run["flux"] = {{"absorbed", rgb(a)}, {"escaped", rgb(e)}, {"cut_off", rgb(c)}, {"shading_normals", rgb(n)},
-                       {"sum", rgb(sum)}, {"standard_error", rgb(error)}};
+        run["photons"] = {{"emitted", total.emitted},
+                          {"absorbed", total.absorbed},
+                          {"escaped", total.escaped},
+                          {"cut_off", total.cut_off}};
+        run["flux"] = {{"absorbed", rgb(a)},        {"escaped", rgb(e)}, {"cut_off", rgb(c)},
+                       {"shading_normals", rgb(n)}, {"sum", rgb(sum)},   {"standard_error", rgb(error)}};
         work_.write_run(run);
     }
 
@@ -195,7 +207,9 @@ class Bake {
 
 }  // namespace
 
-fs::path default_output(const fs::path& description) { return fs::path(description).replace_extension(".vdb"); }
+fs::path default_output(const fs::path& description) {
+    return fs::path(description).replace_extension(".vdb");
+}
 
 Solids solids_of(const Scene& scene) {
     std::vector<Vec3> eyes;
@@ -203,14 +217,16 @@ Solids solids_of(const Scene& scene) {
     return {scene.geometry, eyes};
 }
 
-std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids, std::vector<std::string>& warnings) {
+std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids,
+                                           std::vector<std::string>& warnings) {
     std::vector<LightSample> all;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Light& light = scene.lights[l];
         const auto samples = light_samples(light, int(l), solids, warnings);
         if (samples.empty())
-            throw Error(fmt::format("light '{}': every position lies inside '{}'; move the lamp or its domain",
-                                    light.name, solids.containing(light.position)));
+            throw Error(
+                fmt::format("light '{}': every position lies inside '{}'; move the lamp or its domain",
+                            light.name, solids.containing(light.position)));
         if (const std::string solid = solids.containing(light.position); !solid.empty())
             warnings.push_back(fmt::format("light '{}': its position lies inside '{}'", light.name, solid));
         all.insert(all.end(), samples.begin(), samples.end());
@@ -220,20 +236,24 @@ std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& sol
 
 std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
     std::vector<std::string> lines;
-    lines.push_back(fmt::format("{} of {} cells: no surface that light reaches", cells.grid.cell_count() - cells.index.cell_count(),
-                                cells.grid.cell_count()));
+    lines.push_back(fmt::format("{} of {} cells: no surface that light reaches",
+                                cells.grid.cell_count() - cells.index.cell_count(), cells.grid.cell_count()));
     if (scene.grid.reachable_area_only)
-        lines.push_back(fmt::format("{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
-                                    "doubling them moved {:.2g} m²)", std::max(0.0, cells.surface_area - cells.counted_area),
-                                    cells.surface_area, cells.deciding_photons, cells.moved_area));
+        lines.push_back(fmt::format(
+            "{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
+            "doubling them moved {:.2g} m²)",
+            std::max(0.0, cells.surface_area - cells.counted_area), cells.surface_area,
+            cells.deciding_photons, cells.moved_area));
     const auto facings = cells_by_slot(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)
-        if (facings[f].cells.empty()) lines.push_back(fmt::format("facing {}: occurs nowhere", slot_name(cells.grid, f)));
+        if (facings[f].cells.empty())
+            lines.push_back(fmt::format("facing {}: occurs nowhere", slot_name(cells.grid, f)));
     for (const Light& light : scene.lights) {
         const auto moves = split_domain(light.domain, light.boxes)[0].moves();
         const auto terms = terms_of(scene.bake.degree, moves).size();
         if (terms < std::size_t(kTermCount))
-            lines.push_back(fmt::format("light '{}': {} of {} polynomial terms are enough", light.name, terms, kTermCount));
+            lines.push_back(fmt::format("light '{}': {} of {} polynomial terms are enough", light.name, terms,
+                                        kTermCount));
     }
     if (is_grey(scene)) lines.push_back("two of three colour channels: the scene is grey");
     return lines;

@@ -11,11 +11,11 @@
 namespace pim {
 
 struct BakeOptions {
-    std::optional<std::filesystem::path> output;   // default: the description's name with .vdb
+    std::optional<std::filesystem::path> output;  // default: the description's name with .vdb
     std::optional<uint64_t> photons;
-    bool overwrite = false;                        // begin anew, whatever the work folder holds
-    bool clean = false;                            // remove the work folder at the end
-    int part = 1, parts = 1;                       // of the lamp positions, for trace
+    bool overwrite = false;   // begin anew, whatever the work folder holds
+    bool clean = false;       // remove the work folder at the end
+    int part = 1, parts = 1;  // of the lamp positions, for trace
 };
 
 std::filesystem::path default_output(const std::filesystem::path& description);
@@ -28,7 +28,8 @@ void bake_fit(const std::filesystem::path& description, const BakeOptions& optio
 std::vector<std::string> left_out(const Scene& scene, const Cells& cells);
 
 // Warns of light lost at the cut-off, of positions inside solids and so on; lamp positions of all lights.
-std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids, std::vector<std::string>& warnings);
+std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids,
+                                           std::vector<std::string>& warnings);
 
 Solids solids_of(const Scene& scene);
 

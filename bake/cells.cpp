@@ -6,13 +6,13 @@
 namespace pim {
 namespace {
 
-constexpr double kLeastArea = 1e-6;         // of a cell's face: smaller patches would hold nothing but noise
+constexpr double kLeastArea = 1e-6;  // of a cell's face: smaller patches would hold nothing but noise
 
-constexpr double kLayerGap = 0.1;           // in cells: surfaces parted by more are two layers
+constexpr double kLayerGap = 0.1;  // in cells: surfaces parted by more are two layers
 
 struct PatchSum {
     double area = 0;
-    Vec3d moment{0};   // area × centroid
+    Vec3d moment{0};  // area × centroid
 
     void add(const Fragment& fragment, int facing) {
         area += fragment.facing_area[facing];
@@ -42,7 +42,8 @@ class PatchBuilder {
         }
         for (int slot = 0; slot < kSlotCount; ++slot) {
             if (!(sums[slot].area > kLeastArea * grid_.cell_size * grid_.cell_size)) continue;
-            cells_.patches.push_back({cell, slot, float(sums[slot].area), Vec3(sums[slot].moment / sums[slot].area - centre)});
+            cells_.patches.push_back(
+                {cell, slot, float(sums[slot].area), Vec3(sums[slot].moment / sums[slot].area - centre)});
             cells_.split.push_back(float(split[slot % kFacingCount]));
         }
     }
@@ -51,16 +52,18 @@ class PatchBuilder {
     // Middle of the widest gap between surfaces one behind the other; -inf where none is wide enough.
     double find_split(const std::vector<std::size_t>& kept, int facing, const Vec3d& centre) const {
         constexpr double kNone = -std::numeric_limits<double>::infinity();
-        std::vector<std::pair<double, double>> extents;   // from, to
+        std::vector<std::pair<double, double>> extents;  // from, to
         for (const std::size_t i : kept) {
             if (!(fragments_[i].facing_area[facing] > 0.5f * fragments_[i].area)) continue;
-            const double a = along(facing, Vec3d(fragments_[i].box.min) - centre), b = along(facing, Vec3d(fragments_[i].box.max) - centre);
+            const double a = along(facing, Vec3d(fragments_[i].box.min) - centre),
+                         b = along(facing, Vec3d(fragments_[i].box.max) - centre);
             extents.push_back(std::minmax(a, b));
         }
         std::ranges::sort(extents);
         double widest = kLayerGap * grid_.cell_size, split = kNone, reached = kNone;
         for (const auto& [from, to] : extents) {
-            if (reached != kNone && from - reached > widest) widest = from - reached, split = 0.5 * (from + reached);
+            if (reached != kNone && from - reached > widest)
+                widest = from - reached, split = 0.5 * (from + reached);
             reached = std::max(reached, to);
         }
         return grid_.facings ? split : kNone;
@@ -94,7 +97,8 @@ int Cells::patch_at(const std::array<int32_t, kSlotCount>& own, int facing, cons
     return along(facing, Vec3d(from_centre)) < split[front] ? behind : front;
 }
 
-Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed, const CellOptions& options) {
+Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed,
+                 const CellOptions& options) {
     Cells cells;
     cells.grid = make_grid(scene);
     const SurfaceCells surface(cells.grid, scene.geometry);
@@ -109,7 +113,8 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {
-        build_patches(fragments, [](std::size_t) { return true; }, cells);
+        build_patches(
+            fragments, [](std::size_t) { return true; }, cells);
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
     cells.index = PatchIndex(cells.grid, cells.patches);

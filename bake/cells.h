@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which cells hold surface that light can reach, and how much. A stage of its own before tracing.
 //
-// Fragments that light does not reach (see reach.h) are left out, together with the photons that land on them.
+// Fragments that light does not reach (see reach.h) are left out, together with the photons that land on
+// them.
 #pragma once
 
 #include "bake/reach.h"
@@ -10,18 +11,19 @@ namespace pim {
 
 struct Cells {
     CellGrid grid;
-    std::vector<Patch> patches;             // sorted by patch_before
+    std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
-    std::vector<float> split;               // per patch: places that lie less than this far in front of the cell's
-                                            // centre (m, along the facing) belong to the patch behind; -inf: none
-    std::vector<FragmentKey> left_out;      // sorted
-    double surface_area = 0;                // m², both sides of all surface in the grid
-    double counted_area = 0;                // m², what the patches hold
-    double moved_area = 0;                  // m², whose verdict the last doubling of photons changed
+    std::vector<float> split;  // per patch: places that lie less than this far in front of the cell's
+                               // centre (m, along the facing) belong to the patch behind; -inf: none
+    std::vector<FragmentKey> left_out;  // sorted
+    double surface_area = 0;            // m², both sides of all surface in the grid
+    double counted_area = 0;            // m², what the patches hold
+    double moved_area = 0;              // m², whose verdict the last doubling of photons changed
     uint64_t deciding_photons = 0;
 
     bool is_left_out(const FragmentKey& key) const;
-    // Patch of a facing for a place given from the cell's centre, among the cell's patches; -1 if there is none.
+    // Patch of a facing for a place given from the cell's centre, among the cell's patches; -1 if there is
+    // none.
     int patch_at(const std::array<int32_t, kSlotCount>& patches, int facing, const Vec3& from_centre) const;
 };
 

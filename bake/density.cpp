@@ -7,7 +7,7 @@
 namespace pim {
 namespace {
 
-constexpr uint64_t kChunk = uint64_t{1} << 19;   // photons summed by one thread, whatever the thread count
+constexpr uint64_t kChunk = uint64_t{1} << 19;  // photons summed by one thread, whatever the thread count
 constexpr std::size_t kChunksAtOnce = 8;
 
 // What a landing leaves in a patch, summed in double.
@@ -21,7 +21,8 @@ struct PatchSums {
         squares[patch] += double(mean_channel(value)) * double(mean_channel(value));
     }
     void add(const PatchSums& other) {
-        for (std::size_t i = 0; i < flux.size(); ++i) flux[i] += other.flux[i], squares[i] += other.squares[i];
+        for (std::size_t i = 0; i < flux.size(); ++i)
+            flux[i] += other.flux[i], squares[i] += other.squares[i];
     }
 };
 
@@ -52,7 +53,8 @@ class Tracer {
         const auto landed = [&](const Landing& landing) { deposit(landing, chunk); };
         for (uint64_t photon = begin; photon < end; ++photon) {
             RandomStream random(scene_.bake.seed, RandomPurpose::photons, stream(), photon);
-            trace_photon(scene_, caster_, scene_.lights[sample_.light], sample_.position, random, landed, chunk.account);
+            trace_photon(scene_, caster_, scene_.lights[sample_.light], sample_.position, random, landed,
+                         chunk.account);
         }
         return chunk;
     }
@@ -74,7 +76,9 @@ class Tracer {
         const Index3 cell = cell_of_fine(*fine);
         const auto* patches = cells_.index.find_cell(cell);
         if (!patches) return;
-        if (!cells_.left_out.empty() && cells_.is_left_out(fragment_key(cells_.grid, s.triangle, s.side, *fine))) return;
+        if (!cells_.left_out.empty() &&
+            cells_.is_left_out(fragment_key(cells_.grid, s.triangle, s.side, *fine)))
+            return;
         const FacingWeights facing = facing_weights(cells_.grid, s.shading_normal);
         if (scene_.grid.estimator == Estimator::sphere) {
             chunk.photons.push_back({s.position, flux, facing, component});
@@ -96,7 +100,8 @@ class Tracer {
 };
 
 // E = flux / area, per emitted photon.
-void densities_by_area(const Cells& cells, const PatchSums& sums, double photons, DensityVolume::PerComponent& out) {
+void densities_by_area(const Cells& cells, const PatchSums& sums, double photons,
+                       DensityVolume::PerComponent& out) {
     for (std::size_t p = 0; p < cells.patches.size(); ++p) {
         const double scale = 1 / (photons * double(cells.patches[p].area));
         out.density.push_back(Rgb(sums.flux[p] * scale));
@@ -106,9 +111,9 @@ void densities_by_area(const Cells& cells, const PatchSums& sums, double photons
 
 // What lies within the sphere about a cell's centre, for one facing.
 struct SphereSums {
-    Vec3d flux{0};               // sum of w · flux, w the photon's share of the facing
-    double squares = 0;          // sum of (w · flux)², channels' mean
-    double first = 0, second = 0;   // sums of w · flux and w² · flux, channels' mean
+    Vec3d flux{0};                 // sum of w · flux, w the photon's share of the facing
+    double squares = 0;            // sum of (w · flux)², channels' mean
+    double first = 0, second = 0;  // sums of w · flux and w² · flux, channels' mean
 
     void add(const Rgb& photon, double w) {
         const double mean = mean_channel(photon);
@@ -116,8 +121,11 @@ struct SphereSums {
         squares += w * mean * w * mean;
         first += w * mean, second += w * w * mean;
     }
-    // Flux / (pi r²), as the thesis; a surface between facings shows each only the share `second / first` of itself.
-    double scale(double disk, double photons) const { return second > 0 ? first / (second * disk * photons) : 0; }
+    // Flux / (pi r²), as the thesis; a surface between facings shows each only the share `second / first` of
+    // itself.
+    double scale(double disk, double photons) const {
+        return second > 0 ? first / (second * disk * photons) : 0;
+    }
 };
 
 void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vector<StoredPhoton>& photons,
@@ -134,7 +142,8 @@ void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vect
     for (std::size_t p = 0; p < cells.patches.size(); ++p) {
         std::array<SphereSums, kComponentCount> sums;
         for (const std::size_t i : map.within(cells.grid.centre(cells.patches[p].cell), radius))
-            sums[int(photons[i].component)].add(photons[i].flux, photons[i].facing.weight[cells.patches[p].slot % kFacingCount]);
+            sums[int(photons[i].component)].add(
+                photons[i].flux, photons[i].facing.weight[cells.patches[p].slot % kFacingCount]);
         for (const Component c : scene.bake.components) {
             const double scale = sums[int(c)].scale(disk, emitted);
             volume.components[int(c)].density[p] = Rgb(sums[int(c)].flux * scale);
@@ -155,12 +164,14 @@ DensityVolume trace_density(const Scene& scene, const RayCaster& caster, const C
         parallel_for(chunks.size(), [&](std::size_t i) {
             chunks[i] = tracer.trace((first + i) * kChunk, std::min(photons, (first + i + 1) * kChunk));
         });
-        for (Chunk& chunk : chunks) {   // in order: the same sums at any thread count
+        for (Chunk& chunk : chunks) {  // in order: the same sums at any thread count
             total.account.add(chunk.account);
             total.photons.insert(total.photons.end(), chunk.photons.begin(), chunk.photons.end());
             for (int c = 0; c < kComponentCount; ++c) {
-                if (total.sums[c].flux.empty()) total.sums[c] = std::move(chunk.sums[c]);
-                else total.sums[c].add(chunk.sums[c]);
+                if (total.sums[c].flux.empty())
+                    total.sums[c] = std::move(chunk.sums[c]);
+                else
+                    total.sums[c].add(chunk.sums[c]);
             }
         }
     }

@@ -13,10 +13,10 @@ inline constexpr double kDefaultRadius = 1.0;
 
 struct DensityVolume {
     struct PerComponent {
-        std::vector<Rgb> density;       // [patch], W/m² per watt and channel
-        std::vector<float> variance;    // [patch], of the channels' mean: sum of squared photon weights
+        std::vector<Rgb> density;     // [patch], W/m² per watt and channel
+        std::vector<float> variance;  // [patch], of the channels' mean: sum of squared photon weights
     };
-    std::array<PerComponent, kComponentCount> components;   // empty where not asked for
+    std::array<PerComponent, kComponentCount> components;  // empty where not asked for
     EnergyAccount account;
 };
 

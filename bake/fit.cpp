@@ -15,11 +15,13 @@ constexpr std::size_t kSamplesAtOnce = 32;
 constexpr Eigen::Index kRowsAtOnce = 2048;
 
 // Rows: samples; columns: Chebyshev products of the terms.
-Eigen::MatrixXd design_of(const MapBox& box, const std::vector<Vec3>& positions, const std::vector<int>& terms) {
+Eigen::MatrixXd design_of(const MapBox& box, const std::vector<Vec3>& positions,
+                          const std::vector<int>& terms) {
     Eigen::MatrixXd design(Eigen::Index(positions.size()), Eigen::Index(terms.size()));
     for (std::size_t m = 0; m < positions.size(); ++m) {
         const auto products = chebyshev_products(box.normalised(Vec3d(positions[m])));
-        for (std::size_t t = 0; t < terms.size(); ++t) design(Eigen::Index(m), Eigen::Index(t)) = products[terms[t]];
+        for (std::size_t t = 0; t < terms.size(); ++t)
+            design(Eigen::Index(m), Eigen::Index(t)) = products[terms[t]];
     }
     return design;
 }
@@ -37,20 +39,23 @@ Eigen::MatrixXd to_monomials(const std::vector<int>& terms) {
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(Eigen::Index(terms.size()), Eigen::Index(terms.size()));
     for (std::size_t j = 0; j < terms.size(); ++j) {
         const auto column = chebyshev_in_monomials(terms[j]);
-        for (std::size_t i = 0; i < terms.size(); ++i) change(Eigen::Index(i), Eigen::Index(j)) = column[terms[i]];
+        for (std::size_t i = 0; i < terms.size(); ++i)
+            change(Eigen::Index(i), Eigen::Index(j)) = column[terms[i]];
     }
     return change;
 }
 
 // Qᵀ y for every patch and channel, and the sum of squares of y, volumes added a few at a time.
 struct Projections {
-    RowMatrix along;               // (patch, channel) × rank
-    Eigen::VectorXd squares;       // (patch, channel)
+    RowMatrix along;          // (patch, channel) × rank
+    Eigen::VectorXd squares;  // (patch, channel)
 
-    void add(const RowMatrix& volumes, const Eigen::MatrixXd& q) {   // (patch, channel) × samples; samples × rank
+    void add(const RowMatrix& volumes,
+             const Eigen::MatrixXd& q) {  // (patch, channel) × samples; samples × rank
         const Eigen::Index rows = along.rows(), blocks = (rows + kRowsAtOnce - 1) / kRowsAtOnce;
         parallel_for(std::size_t(blocks), [&](std::size_t block) {
-            const Eigen::Index start = Eigen::Index(block) * kRowsAtOnce, count = std::min(kRowsAtOnce, rows - start);
+            const Eigen::Index start = Eigen::Index(block) * kRowsAtOnce,
+                               count = std::min(kRowsAtOnce, rows - start);
             along.middleRows(start, count).noalias() += volumes.middleRows(start, count) * q;
             squares.segment(start, count) += volumes.middleRows(start, count).rowwise().squaredNorm();
         });
@@ -65,7 +70,8 @@ Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const Vol
         RowMatrix volumes(rows, count);
         parallel_for(std::size_t(count), [&](std::size_t i) {
             const std::vector<float> values = read_volume(std::size_t(first) + i);
-            for (Eigen::Index row = 0; row < rows; ++row) volumes(row, Eigen::Index(i)) = values[std::size_t(row)];
+            for (Eigen::Index row = 0; row < rows; ++row)
+                volumes(row, Eigen::Index(i)) = values[std::size_t(row)];
         });
         projections.add(volumes, q.middleRows(first, count));
     }
@@ -88,10 +94,12 @@ Powers powers_of(const Projections& projections, const std::vector<int>& degrees
         powers.of_degree[p].fill(0);
         for (int c = 0; c < 3; ++c) {
             const auto row = Eigen::Index(3 * p) + c;
-            powers.noise[p] += std::max(0.0, projections.squares(row) - projections.along.row(row).squaredNorm()) / free;
+            powers.noise[p] +=
+                std::max(0.0, projections.squares(row) - projections.along.row(row).squaredNorm()) / free;
             for (std::size_t k = 0; k < degrees.size(); ++k)
                 powers.of_degree[p][degrees[k]] += projections.along(row, Eigen::Index(k)) *
-                                                   projections.along(row, Eigen::Index(k)) / (3.0 * powers.terms[degrees[k]]);
+                                                   projections.along(row, Eigen::Index(k)) /
+                                                   (3.0 * powers.terms[degrees[k]]);
         }
     }
     return powers;
@@ -124,13 +132,13 @@ Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>&
     return shared;
 }
 
-BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree, std::size_t patch_count,
-               const VolumeReader& read_volume, const Neighbourhoods& shared) {
+BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
+               std::size_t patch_count, const VolumeReader& read_volume, const Neighbourhoods& shared) {
     const std::vector<int> terms = terms_of(highest_degree, box.moves());
     const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
     const Projections projections = project(ls.q, patch_count, read_volume);
-    const Eigen::MatrixXd solve = to_monomials(terms) * ls.solve;   // terms × rank
-    std::vector<int> degrees;                                       // of the orthonormal terms
+    const Eigen::MatrixXd solve = to_monomials(terms) * ls.solve;  // terms × rank
+    std::vector<int> degrees;                                      // of the orthonormal terms
     for (const int column : ls.kept) degrees.push_back(degree(terms[column]));
     const Powers powers = powers_of(projections, degrees, ls.q.rows());
     BoxFit fit;
@@ -150,7 +158,8 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
                 const Eigen::VectorXd kept = keep.cwiseProduct(along), a = solve * kept;
                 for (std::size_t t = 0; t < terms.size(); ++t)
                     fit.polynomials.coefficients[(p * terms.size() + t) * 3 + c] = float(a(Eigen::Index(t)));
-                misfit += std::max(0.0, projections.squares(row) - along.squaredNorm() + (along - kept).squaredNorm());
+                misfit += std::max(
+                    0.0, projections.squares(row) - along.squaredNorm() + (along - kept).squaredNorm());
             }
             fit.polynomials.residuals[p] = float(std::sqrt(misfit / (3.0 * double(positions.size()))));
         }

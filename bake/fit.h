@@ -17,20 +17,22 @@ struct BoxFit {
     FitStatistics statistics;
 };
 
-// The patches whose signal a patch shares: for each, its neighbours' numbers, itself among them, and all areas.
+// The patches whose signal a patch shares: for each, its neighbours' numbers, itself among them, and all
+// areas.
 struct Neighbourhoods {
-    std::vector<std::vector<uint32_t>> of;   // empty: no shrinkage
+    std::vector<std::vector<uint32_t>> of;  // empty: no shrinkage
     std::vector<float> area;
 };
 // Patches of the same slot in the 27 cells around each.
 Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>& patches);
 
-// Fits a polynomial of at most `degree` in the box's normalised coordinates to the samples at `positions` (local, all
-// inside the box). Terms that the samples do not determine are 0.
+// Fits a polynomial of at most `degree` in the box's normalised coordinates to the samples at `positions`
+// (local, all inside the box). Terms that the samples do not determine are 0.
 //
 // With neighbourhoods, the parts of each degree 1, 2, 3 that are orthogonal to lower degrees are shrunk by
-// tau²/(tau² + sigma²) (empirical Bayes, after James and Stein 1961): sigma² is the patch's own residual variance, tau²
-// the variance of the signal in that degree, estimated over the neighbourhood. Memory grows with the patches, not with the samples.
+// tau²/(tau² + sigma²) (empirical Bayes, after James and Stein 1961): sigma² is the patch's own residual
+// variance, tau² the variance of the signal in that degree, estimated over the neighbourhood. Memory grows
+// with the patches, not with the samples.
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int degree, std::size_t patch_count,
                const VolumeReader& read_volume, const Neighbourhoods& shared);
 

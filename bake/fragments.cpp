@@ -92,7 +92,8 @@ class Cutter {
     void finish(const Polygon& polygon) {
         const double whole = polygon_area(polygon);
         if (!(whole > 0)) return;
-        Fragment fragment{fragment_key(grid_, triangle_, side_, fine_), float(whole), Vec3(centroid(polygon)), {}, {}};
+        Fragment fragment{
+            fragment_key(grid_, triangle_, side_, fine_), float(whole), Vec3(centroid(polygon)), {}, {}};
         for (const Vec3d& p : polygon) fragment.box.extendBy(Vec3(p));
         const auto& v = geometry_.triangles[triangle_].vertices;
         if (geometry_.normals[v[0]] == Vec3(0)) {

@@ -9,19 +9,19 @@
 namespace pim {
 
 struct FragmentKey {
-    uint64_t cell;        // linear number in the grid, x slowest
+    uint64_t cell;  // linear number in the grid, x slowest
     uint32_t triangle;
-    uint8_t place;        // fine cell within the cell · 2 + side
+    uint8_t place;  // fine cell within the cell · 2 + side
 
     auto operator<=>(const FragmentKey&) const = default;
 };
 
 struct Fragment {
     FragmentKey key;
-    float area;                                         // m², exact but for rounding
-    Vec3 centre;                                        // centroid, local, m
-    std::array<float, kFacingCount> facing_area{};      // its share per facing, by the shading normals
-    Box3 box;                                           // local, m
+    float area;                                     // m², exact but for rounding
+    Vec3 centre;                                    // centroid, local, m
+    std::array<float, kFacingCount> facing_area{};  // its share per facing, by the shading normals
+    Box3 box;                                       // local, m
 };
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);

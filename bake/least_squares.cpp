@@ -10,7 +10,8 @@ using ExtendedVector = Eigen::Matrix<Extended, Eigen::Dynamic, 1>;
 
 double condition_of(const Eigen::MatrixXd& design, const std::vector<int>& columns) {
     Eigen::MatrixXd scaled(design.rows(), Eigen::Index(columns.size()));
-    for (std::size_t i = 0; i < columns.size(); ++i) scaled.col(Eigen::Index(i)) = design.col(columns[i]).normalized();
+    for (std::size_t i = 0; i < columns.size(); ++i)
+        scaled.col(Eigen::Index(i)) = design.col(columns[i]).normalized();
     const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
     return singular.size() ? singular(0) / singular(singular.size() - 1) : 1;
 }
@@ -41,8 +42,9 @@ LeastSquares factorise(const Eigen::MatrixXd& design, const std::vector<int>& or
         result.kept.push_back(column);
     }
     const auto rank = Eigen::Index(result.kept.size());
-    const ExtendedMatrix inverse = r.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(
-        ExtendedMatrix::Identity(rank, rank));
+    const ExtendedMatrix inverse = r.topLeftCorner(rank, rank)
+                                       .triangularView<Eigen::Upper>()
+                                       .solve(ExtendedMatrix::Identity(rank, rank));
     result.q = q.leftCols(rank).cast<double>();
     result.solve = Eigen::MatrixXd::Zero(design.cols(), rank);
     for (Eigen::Index i = 0; i < rank; ++i) result.solve.row(result.kept[i]) = inverse.row(i).cast<double>();

@@ -22,7 +22,7 @@ Vec3d spread_position(const MapBox& box, uint64_t k, double shift) {
         if (!moves[axis]) continue;
         double t = golden_sequence(k, dimension++, dimensions) + shift;
         t -= std::floor(t);
-        position[axis] += box.half[axis] * -std::cos(0.5 * kTau * t);   // arcsine density
+        position[axis] += box.half[axis] * -std::cos(0.5 * kTau * t);  // arcsine density
     }
     return position;
 }
@@ -61,12 +61,14 @@ std::vector<LightSample> light_samples(const Light& light, int light_number, con
     std::map<std::string, int> lost;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const Vec3 position(positions[i]);
-        if (const std::string solid = solids.containing(position); !solid.empty()) ++lost[solid];
-        else samples.push_back({light_number, int(i), position});
+        if (const std::string solid = solids.containing(position); !solid.empty())
+            ++lost[solid];
+        else
+            samples.push_back({light_number, int(i), position});
     }
     for (const auto& [solid, n] : lost)
-        inside.push_back(fmt::format("light '{}': {} of {} positions lie inside '{}' and are left out", light.name, n,
-                                     positions.size(), solid));
+        inside.push_back(fmt::format("light '{}': {} of {} positions lie inside '{}' and are left out",
+                                     light.name, n, positions.size(), solid));
     return samples;
 }
 

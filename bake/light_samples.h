@@ -11,14 +11,15 @@
 namespace pim {
 
 struct LightSample {
-    int light;          // index into Scene::lights
-    int number;         // within that light, from 0
-    Vec3 position;      // local, m
+    int light;      // index into Scene::lights
+    int number;     // within that light, from 0
+    Vec3 position;  // local, m
 };
 
-// A regular grid over the domain, or well-spread positions: the boxes in turn, in each a low-discrepancy sequence
-// with arcsine density per axis, as Chebyshev nodes have, which keeps the fit well conditioned. The first n of a
-// longer list are the list of n. Positions inside solids are left out; `inside` gets a sentence for each solid.
+// A regular grid over the domain, or well-spread positions: the boxes in turn, in each a low-discrepancy
+// sequence with arcsine density per axis, as Chebyshev nodes have, which keeps the fit well conditioned. The
+// first n of a longer list are the list of n. Positions inside solids are left out; `inside` gets a sentence
+// for each solid.
 std::vector<LightSample> light_samples(const Light& light, int light_number, const Solids& solids,
                                        std::vector<std::string>& inside);
 

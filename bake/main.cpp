@@ -34,13 +34,14 @@ BakeOptions bake_options(const Arguments& a) {
     options.clean = a.clean;
     char slash = 0, extra = 0;
     std::istringstream part(a.part);
-    if (!(part >> options.part >> slash >> options.parts) || slash != '/' || part >> extra || options.part < 1 ||
-        options.part > options.parts)
+    if (!(part >> options.part >> slash >> options.parts) || slash != '/' || part >> extra ||
+        options.part < 1 || options.part > options.parts)
         throw UsageError("--part: '" + a.part + "' is not K/N with 1 <= K <= N");
     return options;
 }
 
-void print(const nlohmann::json& value, bool json, const std::function<std::string(const nlohmann::json&)>& text) {
+void print(const nlohmann::json& value, bool json,
+           const std::function<std::string(const nlohmann::json&)>& text) {
     std::cout << (json ? value.dump(2) + "\n" : text(value));
 }
 
@@ -70,14 +71,15 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
     app.require_subcommand(1);
     app.fallthrough();
 
-    CLI::App* run = add_command(app, a, chosen, "run", "bake a scene; goes on where an earlier run stopped", "SCENE.toml",
-                                [](const Arguments& x) { bake_run(x.input, bake_options(x)); });
+    CLI::App* run = add_command(app, a, chosen, "run", "bake a scene; goes on where an earlier run stopped",
+                                "SCENE.toml", [](const Arguments& x) { bake_run(x.input, bake_options(x)); });
     add_output_options(run, a);
     run->add_flag("--overwrite", a.overwrite, "begin anew, whatever an earlier run left");
     run->add_flag("--clean", a.clean, "remove the work folder at the end");
 
-    CLI::App* trace = add_command(app, a, chosen, "trace", "trace one part of the lamp positions, for a farm", "SCENE.toml",
-                                  [](const Arguments& x) { bake_trace(x.input, bake_options(x)); });
+    CLI::App* trace =
+        add_command(app, a, chosen, "trace", "trace one part of the lamp positions, for a farm", "SCENE.toml",
+                    [](const Arguments& x) { bake_trace(x.input, bake_options(x)); });
     add_output_options(trace, a);
     trace->add_option("--part", a.part, "K/N: the K-th of N parts");
 
@@ -93,15 +95,22 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                                  [](const Arguments& x) { print(map_info(x.input), x.json, info_text); });
     info->add_flag("--json", a.json, "as JSON");
 
-    CLI::App* evaluate = add_command(app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing",
-                                     "FILE.vdb", [](const Arguments& x) {
-                                         EvaluateOptions options = x.evaluate;
-                                         if (!x.geometry.empty()) options.geometry = x.geometry;
-                                         print(evaluate_map(x.input, options), x.json, evaluation_text);
-                                     });
-    evaluate->add_option("--lights", a.evaluate.lights, "lamp positions")->check(CLI::Range(1, 100000))->capture_default_str();
-    evaluate->add_option("--pixels", a.evaluate.pixels, "pixels per position")->check(CLI::Range(16, 1000000))->capture_default_str();
-    evaluate->add_option("--paths", a.evaluate.paths, "reference paths per pixel")->check(CLI::Range(2, 1 << 20))->capture_default_str();
+    CLI::App* evaluate =
+        add_command(app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing",
+                    "FILE.vdb", [](const Arguments& x) {
+                        EvaluateOptions options = x.evaluate;
+                        if (!x.geometry.empty()) options.geometry = x.geometry;
+                        print(evaluate_map(x.input, options), x.json, evaluation_text);
+                    });
+    evaluate->add_option("--lights", a.evaluate.lights, "lamp positions")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    evaluate->add_option("--pixels", a.evaluate.pixels, "pixels per position")
+        ->check(CLI::Range(16, 1000000))
+        ->capture_default_str();
+    evaluate->add_option("--paths", a.evaluate.paths, "reference paths per pixel")
+        ->check(CLI::Range(2, 1 << 20))
+        ->capture_default_str();
     evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
     evaluate->add_flag("--json", a.json, "as JSON");
     app.parse(argc, argv);

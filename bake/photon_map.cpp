@@ -13,7 +13,8 @@ namespace {
 
 using Kernel = CGAL::Simple_cartesian<double>;
 using Entry = std::pair<Kernel::Point_3, std::size_t>;
-using Traits = CGAL::Search_traits_adapter<Entry, CGAL::First_of_pair_property_map<Entry>, CGAL::Search_traits_3<Kernel>>;
+using Traits = CGAL::Search_traits_adapter<Entry, CGAL::First_of_pair_property_map<Entry>,
+                                           CGAL::Search_traits_3<Kernel>>;
 using Tree = CGAL::Kd_tree<Traits>;
 
 }  // namespace
@@ -22,7 +23,8 @@ struct PhotonMap::Implementation {
     Tree tree;
 };
 
-PhotonMap::PhotonMap(const std::vector<Vec3>& positions) : implementation_(std::make_unique<Implementation>()) {
+PhotonMap::PhotonMap(const std::vector<Vec3>& positions)
+    : implementation_(std::make_unique<Implementation>()) {
     std::vector<Entry> entries;
     entries.reserve(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i)
@@ -36,8 +38,9 @@ PhotonMap::~PhotonMap() = default;
 std::vector<std::size_t> PhotonMap::within(const Vec3d& centre, double radius) const {
     std::vector<Entry> found;
     if (!implementation_->tree.empty())
-        implementation_->tree.search(std::back_inserter(found),
-                                     CGAL::Fuzzy_sphere<Traits>(Kernel::Point_3(centre.x, centre.y, centre.z), radius));
+        implementation_->tree.search(
+            std::back_inserter(found),
+            CGAL::Fuzzy_sphere<Traits>(Kernel::Point_3(centre.x, centre.y, centre.z), radius));
     std::vector<std::size_t> numbers;
     for (const Entry& e : found) numbers.push_back(e.second);
     std::ranges::sort(numbers);

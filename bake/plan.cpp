@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/plan.h"
 
-#include <chrono>
-
 #include "bake/bake.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
+#include "common/core/stopwatch.h"
 #include "common/map/polynomial.h"
 #include "common/scene/scene_file.h"
 
@@ -21,19 +20,21 @@ Trial time_photons(const Scene& scene, const RayCaster& caster) {
     constexpr std::size_t kBlocks = 64;
     constexpr uint64_t kPhotons = 512;
     std::vector<uint64_t> landings(kBlocks);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     parallel_for(kBlocks, [&](std::size_t block) {
         EnergyAccount ignored;
         for (uint64_t i = 0; i < kPhotons; ++i) {
             RandomStream random(scene.bake.seed, RandomPurpose::reach_lamp, uint32_t(block + 1), i);
             const Light& light = scene.lights[i % scene.lights.size()];
-            trace_photon(scene, caster, light, light.position, random, [&](const Landing&) { ++landings[block]; }, ignored);
+            trace_photon(
+                scene, caster, light, light.position, random, [&](const Landing&) { ++landings[block]; },
+                ignored);
         }
     });
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    const double seconds = watch.seconds();
     uint64_t all = 0;
     for (const uint64_t n : landings) all += n;
-    return {elapsed.count() / double(kBlocks * kPhotons), double(all) / double(kBlocks * kPhotons)};
+    return {seconds / double(kBlocks * kPhotons), double(all) / double(kBlocks * kPhotons)};
 }
 
 double bytes_of_map(const Scene& scene, std::size_t patches) {
@@ -41,7 +42,8 @@ double bytes_of_map(const Scene& scene, std::size_t patches) {
     for (const Light& light : scene.lights) {
         const auto boxes = split_domain(light.domain, light.boxes);
         for (const MapBox& box : boxes)
-            numbers += double(terms_of(scene.bake.degree, box.moves()).size()) * double(scene.bake.components.size());
+            numbers += double(terms_of(scene.bake.degree, box.moves()).size()) *
+                       double(scene.bake.components.size());
     }
     return numbers * double(patches) * (is_grey(scene) ? 1 : 3) * 4;
 }
@@ -54,17 +56,22 @@ nlohmann::json plan_bake(const std::filesystem::path& description) {
     const Solids solids = solids_of(scene);
     std::vector<std::string> warnings;
     const auto samples = all_light_samples(scene, solids, warnings);
-    const Cells cells = find_cells(scene, caster, [&](const Vec3& p) { return solids.containing(p).empty(); });
+    const Cells cells =
+        find_cells(scene, caster, [&](const Vec3& p) { return solids.containing(p).empty(); });
     for (const Light& light : scene.lights) {
         const auto boxes = split_domain(light.domain, light.boxes);
         const auto terms = terms_of(scene.bake.degree, boxes[0].moves()).size();
-        const auto own = std::ranges::count_if(samples, [&](const LightSample& s) { return &scene.lights[s.light] == &light; });
+        const auto own = std::ranges::count_if(
+            samples, [&](const LightSample& s) { return &scene.lights[s.light] == &light; });
         if (double(own) < 2.0 * double(terms * boxes.size()))
-            warnings.push_back(fmt::format("light '{}': {} positions for {} boxes of {} terms are few; {} or more are "
-                                           "advised", light.name, own, boxes.size(), terms, 4 * terms * boxes.size()));
+            warnings.push_back(
+                fmt::format("light '{}': {} positions for {} boxes of {} terms are few; {} or more are "
+                            "advised",
+                            light.name, own, boxes.size(), terms, 4 * terms * boxes.size()));
     }
     const Trial trial = time_photons(scene, caster);
-    const double photons = double(scene.bake.photons) * double(samples.size()), patches = double(cells.patches.size());
+    const double photons = double(scene.bake.photons) * double(samples.size()),
+                 patches = double(cells.patches.size());
     const double map_bytes = bytes_of_map(scene, cells.patches.size());
     const double volume_bytes = patches * 16 * double(scene.bake.components.size());
     return {{"grid", {cells.grid.size.x, cells.grid.size.y, cells.grid.size.z}},
@@ -76,7 +83,8 @@ nlohmann::json plan_bake(const std::filesystem::path& description) {
             // Sums of one box in double and 32 volumes at a time, the map, one grid of OpenVDB.
             {"memory_bytes", uint64_t(patches * 3 * 8 * (kTermCount + 32) + map_bytes + 1e8)},
             {"disk_bytes", uint64_t(map_bytes + volume_bytes * double(samples.size()))},
-            {"seconds_estimate", photons * trial.seconds_per_photon + 1e-8 * patches * 60 * double(samples.size())},
+            {"seconds_estimate",
+             photons * trial.seconds_per_photon + 1e-8 * patches * 60 * double(samples.size())},
             {"left_out", left_out(scene, cells)},
             {"warnings", warnings}};
 }
@@ -88,8 +96,8 @@ std::string plan_text(const nlohmann::json& p) {
         "about {:.0f} s on this machine, {:.2f} GB of memory, {:.2f} GB of disk\n",
         p["grid"][0].get<int>(), p["grid"][1].get<int>(), p["grid"][2].get<int>(), p["cells"].get<uint64_t>(),
         p["patches"].get<uint64_t>(), p["light_samples"].get<uint64_t>(), p["photons_total"].get<double>(),
-        p["rays_per_photon"].get<double>(), p["seconds_estimate"].get<double>(), p["memory_bytes"].get<double>() / 1e9,
-        p["disk_bytes"].get<double>() / 1e9);
+        p["rays_per_photon"].get<double>(), p["seconds_estimate"].get<double>(),
+        p["memory_bytes"].get<double>() / 1e9, p["disk_bytes"].get<double>() / 1e9);
     for (const auto& line : p["left_out"]) text += "left out: " + line.get<std::string>() + "\n";
     for (const auto& line : p["warnings"]) text += "warning: " + line.get<std::string>() + "\n";
     return text;

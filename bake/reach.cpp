@@ -16,9 +16,9 @@ namespace {
 
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
 constexpr uint64_t kPhotonBlock = 4096;
-constexpr double kMovedShare = 1e-3;   // of the area: the verdicts have settled when a doubling moves less
-constexpr double kLitShare = 0.1;      // of the mean irradiance: darker cells need not settle
-constexpr double kOpenShare = 5e-3;    // of the area: ... and less than this has seen no photon and is not dark
+constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled when a doubling moves less
+constexpr double kLitShare = 0.1;     // of the mean irradiance: darker cells need not settle
+constexpr double kOpenShare = 5e-3;  // of the area: ... and less than this has seen no photon and is not dark
 
 // Fragments of one cell stand together; this finds them by cell.
 class FragmentTable {
@@ -44,7 +44,8 @@ class FragmentTable {
         const auto begin = fragments_.begin() + std::ptrdiff_t(start_[number]);
         const auto end = fragments_.begin() + std::ptrdiff_t(start_[number + 1]);
         const auto found = std::ranges::lower_bound(begin, end, key, {}, &Fragment::key);
-        return found != end && found->key == key ? std::size_t(found - fragments_.begin()) : fragments_.size();
+        return found != end && found->key == key ? std::size_t(found - fragments_.begin())
+                                                 : fragments_.size();
     }
 
   private:
@@ -61,8 +62,14 @@ class Pass {
   public:
     Pass(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
          const std::vector<Fragment>& fragments, const PositionFilter& allowed)
-        : scene_(scene), caster_(caster), surface_(surface), fragments_(fragments), allowed_(allowed),
-          table_(surface.grid(), fragments), hits_(fragments.size()), dark_(fragments.size()) {
+        : scene_(scene),
+          caster_(caster),
+          surface_(surface),
+          fragments_(fragments),
+          allowed_(allowed),
+          table_(surface.grid(), fragments),
+          hits_(fragments.size()),
+          dark_(fragments.size()) {
         for (const Fragment& f : fragments) facing_.push_back(uint8_t(main_facing(f)));
     }
 
@@ -80,7 +87,9 @@ class Pass {
             for (std::size_t f = 0; f < dark_.size(); ++f)
                 if (dark_[f] != before[f]) reach.moved_area += fragments_[f].area;
             const double open = std::accumulate(open_.begin(), open_.end(), 0.0);
-            log_debug(fmt::format("reach: {} photons, {:.3g} % of the area moved, {:.3g} % unseen beside lit surface", until, 100 * reach.moved_area / area, 100 * open / area));
+            log_debug(fmt::format(
+                "reach: {} photons, {:.3g} % of the area moved, {:.3g} % unseen beside lit surface", until,
+                100 * reach.moved_area / area, 100 * open / area));
             const bool settled = reach.moved_area < kMovedShare * area && open < kOpenShare * area;
             if (settled || 2 * until > most_photons) break;
         }
@@ -96,7 +105,8 @@ class Pass {
         Vec3 position = light.position;
         for (int attempt = 0; attempt < 64; ++attempt) {
             const Vec3 size = light.domain.max - light.domain.min;
-            for (int axis = 0; axis < 3; ++axis) position[axis] = light.domain.min[axis] + size[axis] * random.next();
+            for (int axis = 0; axis < 3; ++axis)
+                position[axis] = light.domain.min[axis] + size[axis] * random.next();
             if (allowed_(position)) break;
         }
         return position;
@@ -107,11 +117,13 @@ class Pass {
         const uint64_t first = photons_ / kPhotonBlock, blocks = until / kPhotonBlock - first;
         parallel_for(blocks, [&](std::size_t block) {
             EnergyAccount ignored;
-            for (uint64_t photon = (first + block) * kPhotonBlock; photon < (first + block + 1) * kPhotonBlock; ++photon) {
+            for (uint64_t photon = (first + block) * kPhotonBlock;
+                 photon < (first + block + 1) * kPhotonBlock; ++photon) {
                 const Light& light = scene_.lights[photon % scene_.lights.size()];
                 RandomStream random(scene_.bake.seed, RandomPurpose::reach, 0, photon);
-                trace_photon(scene_, caster_, light, lamp_position(light, photon), random,
-                             [&](const Landing& landing) { count(landing.surface); }, ignored);
+                trace_photon(
+                    scene_, caster_, light, lamp_position(light, photon), random,
+                    [&](const Landing& landing) { count(landing.surface); }, ignored);
             }
             progress.advance(kPhotonBlock);
         });
@@ -121,7 +133,8 @@ class Pass {
     void count(const SurfacePoint& s) {
         const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
         if (!fine) return;
-        const std::size_t f = table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
+        const std::size_t f =
+            table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
         if (f < hits_.size()) std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
     }
 
@@ -130,15 +143,20 @@ class Pass {
     uint64_t union_of(std::size_t f, int level) const {
         const FragmentKey& key = fragments_[f].key;
         const uint64_t object = scene_.geometry.triangles[key.triangle].object, side = key.place & 1;
-        const int in = key.place >> 1, x = in / (kFinePerCell * kFinePerCell), y = in / kFinePerCell % kFinePerCell,
-                  z = in % kFinePerCell, half = kFinePerCell / 2;
+        const int in = key.place >> 1, x = in / (kFinePerCell * kFinePerCell),
+                  y = in / kFinePerCell % kFinePerCell, z = in % kFinePerCell, half = kFinePerCell / 2;
         const auto octant = uint64_t((x / half * 2 + y / half) * 2 + z / half);
         switch (level) {
-            case 0: return object << 8 | side;
-            case 1: return uint64_t(key.triangle) << 8 | side;
-            case 2: return object << 8 | octant << 1 | side;
-            case 3: return object << 8 | key.place;
-            default: return uint64_t(key.triangle) << 8 | key.place;
+            case 0:
+                return object << 8 | side;
+            case 1:
+                return uint64_t(key.triangle) << 8 | side;
+            case 2:
+                return object << 8 | octant << 1 | side;
+            case 3:
+                return object << 8 | key.place;
+            default:
+                return uint64_t(key.triangle) << 8 | key.place;
         }
     }
 
@@ -168,15 +186,16 @@ class Pass {
                 open_[cell] += fragments_[f].area;
     }
 
-    // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it with
-    // probability p.
+    // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it
+    // with probability p.
     void judge_union(std::span<const std::size_t> fragments, double n, double whole_area) {
         double own = 0, area = 0;
         for (const std::size_t f : fragments) own += hits_[f], area += fragments_[f].area;
         const double rest = whole_area - area;
-        if (own >= n || rest <= 1e-6 * whole_area) return;   // nothing brighter in the cell: nothing to leave out
+        if (own >= n || rest <= 1e-6 * whole_area)
+            return;  // nothing brighter in the cell: nothing to leave out
         const double p = kDarkShare * area / (kDarkShare * area + rest);
-        if (own < n * p && boost::math::ibetac(own + 1, n - own, p) < kDoubt)   // P(X <= own)
+        if (own < n * p && boost::math::ibetac(own + 1, n - own, p) < kDoubt)  // P(X <= own)
             for (const std::size_t f : fragments) dark_[f] = 1;
     }
 
@@ -187,16 +206,17 @@ class Pass {
     const PositionFilter& allowed_;
     FragmentTable table_;
     std::vector<uint32_t> hits_;
-    std::vector<uint8_t> dark_, facing_;   // bytes: written by several threads
-    std::vector<double> open_;             // per cell, m² that beside lit surface has seen no photon yet
-    double mean_hits_ = 0;                 // per m²
+    std::vector<uint8_t> dark_, facing_;  // bytes: written by several threads
+    std::vector<double> open_;            // per cell, m² that beside lit surface has seen no photon yet
+    double mean_hits_ = 0;                // per m²
     uint64_t photons_ = 0;
 };
 
 }  // namespace
 
 Reach find_reach(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
-                 const std::vector<Fragment>& fragments, const PositionFilter& allowed, uint64_t most_photons) {
+                 const std::vector<Fragment>& fragments, const PositionFilter& allowed,
+                 uint64_t most_photons) {
     return Pass(scene, caster, surface, fragments, allowed).run(most_photons);
 }
 

@@ -18,9 +18,10 @@ std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x
 
 std::string light_text(const Light& light) {
     const RectangleShape* r = light.rectangle();
-    return fmt::format("light {} {} domain {} to {}\n", light.name,
-                       r ? fmt::format("rectangle {:.9g} {:.9g} {}", r->size.x, r->size.y, text(r->normal)) : "point",
-                       text(light.domain.min), text(light.domain.max));
+    return fmt::format(
+        "light {} {} domain {} to {}\n", light.name,
+        r ? fmt::format("rectangle {:.9g} {:.9g} {}", r->size.x, r->size.y, text(r->normal)) : "point",
+        text(light.domain.min), text(light.domain.max));
 }
 
 std::string pack(const std::vector<FragmentKey>& keys) {
@@ -47,8 +48,10 @@ std::vector<FragmentKey> unpack(const std::string& bytes) {
 
 void check_settings(const VdbReader& file, const std::string& settings, const fs::path& path) {
     if (file.text("settings") != settings)
-        throw Error(fmt::format("{}: was made with other settings or another scene; bake with --overwrite, or to "
-                                "another file with -o", path.string()));
+        throw Error(
+            fmt::format("{}: was made with other settings or another scene; bake with --overwrite, or to "
+                        "another file with -o",
+                        path.string()));
 }
 
 int used_slots(const std::vector<Patch>& patches) {
@@ -67,11 +70,12 @@ std::string trace_settings(const Scene& s, const RayCaster& caster) {
     std::string out = fmt::format("geometry {}\n", s.geometry_hash);
     out += count ? fmt::format("cells {}\n", count->longest)
                  : fmt::format("cell_size {:.17g}\n", std::get<CellSize>(s.grid.resolution).metres);
-    if (s.grid.bounds) out += fmt::format("bounds {} to {}\n", text(s.grid.bounds->min), text(s.grid.bounds->max));
-    out += fmt::format("facings {} estimator {} radius {:.17g} reachable {}\n", s.grid.facings, int(s.grid.estimator),
-                       s.grid.radius.value_or(0), s.grid.reachable_area_only);
-    out += fmt::format("photons {} store {} seed {} rays {}\n", s.bake.photons, int(s.bake.store), s.bake.seed,
-                       caster.instruction_set());
+    if (s.grid.bounds)
+        out += fmt::format("bounds {} to {}\n", text(s.grid.bounds->min), text(s.grid.bounds->max));
+    out += fmt::format("facings {} estimator {} radius {:.17g} reachable {}\n", s.grid.facings,
+                       int(s.grid.estimator), s.grid.radius.value_or(0), s.grid.reachable_area_only);
+    out += fmt::format("photons {} store {} seed {} rays {}\n", s.bake.photons, int(s.bake.store),
+                       s.bake.seed, caster.instruction_set());
     for (const Component c : s.bake.components) out += fmt::format("component {}\n", name(c));
     for (const Light& light : s.lights) out += light_text(light);
     return out;
@@ -81,7 +85,9 @@ WorkFolder::WorkFolder(fs::path path, std::string settings, const Vec3d& origin)
     : path_(std::move(path)), settings_(std::move(settings)), origin_(origin) {
     std::error_code problem;
     fs::create_directories(path_, problem);
-    if (problem) throw Error(fmt::format("{}: the work folder cannot be created: {}", path_.string(), problem.message()));
+    if (problem)
+        throw Error(
+            fmt::format("{}: the work folder cannot be created: {}", path_.string(), problem.message()));
 }
 
 fs::path WorkFolder::beside(const fs::path& map_file) { return map_file.string() + ".work"; }
@@ -92,8 +98,8 @@ std::optional<Cells> WorkFolder::read_cells() const {
     const VdbReader file(path);
     check_settings(file, settings_, path);
     Cells cells;
-    cells.grid = {file.vector("grid_local_corner"), file.number("grid_cell_size"), Index3(file.vector("grid_size")),
-                  file.number("grid_facings") != 0};
+    cells.grid = {file.vector("grid_local_corner"), file.number("grid_cell_size"),
+                  Index3(file.vector("grid_size")), file.number("grid_facings") != 0};
     cells.patches = read_patches(file, cells.grid);
     cells.index = PatchIndex(cells.grid, cells.patches);
     cells.split.resize(cells.patches.size());
@@ -125,9 +131,10 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["deciding_photons"] = double(cells.deciding_photons);
     write_atomically(path_ / "cells.vdb", [&](const fs::path& temporary) {
         VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 3 * used_slots(cells.patches));
-        write_patches(cells.patches, cells.grid, [&](const auto& grid, const auto& active, const auto& values, int channels) {
-            writer.add(grid, active, values, channels);
-        });
+        write_patches(cells.patches, cells.grid,
+                      [&](const auto& grid, const auto& active, const auto& values, int channels) {
+                          writer.add(grid, active, values, channels);
+                      });
         const auto slots = cells_by_slot(cells.patches);
         for (int f = 0; f < kSlotCount; ++f) {
             if (slots[f].cells.empty()) continue;
@@ -163,11 +170,13 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     m["seed"] = int64_t(scene.bake.seed);
     m["photons_emitted"] = double(a.emitted), m["photons_absorbed"] = double(a.absorbed);
     m["photons_escaped"] = double(a.escaped), m["photons_cut_off"] = double(a.cut_off);
-    m["flux_absorbed"] = a.absorbed_flux, m["flux_escaped"] = a.escaped_flux, m["flux_cut_off"] = a.cut_off_flux;
+    m["flux_absorbed"] = a.absorbed_flux, m["flux_escaped"] = a.escaped_flux,
+    m["flux_cut_off"] = a.cut_off_flux;
     m["flux_normals"] = a.normals_flux, m["flux_squared"] = a.squared_flux;
     const auto facings = cells_by_slot(cells.patches);
     write_atomically(file_of(scene, sample), [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 2 * used_slots(cells.patches) * int(scene.bake.components.size()));
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_),
+                         2 * used_slots(cells.patches) * int(scene.bake.components.size()));
         for (const Component c : scene.bake.components)
             for (int f = 0; f < kSlotCount; ++f) {
                 if (facings[f].cells.empty()) continue;
@@ -203,8 +212,10 @@ std::vector<float> WorkFolder::read_density(const Scene& scene, const Cells& cel
 EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sample) const {
     const VdbReader file(file_of(scene, sample));
     EnergyAccount a;
-    a.emitted = uint64_t(file.number("photons_emitted")), a.absorbed = uint64_t(file.number("photons_absorbed"));
-    a.escaped = uint64_t(file.number("photons_escaped")), a.cut_off = uint64_t(file.number("photons_cut_off"));
+    a.emitted = uint64_t(file.number("photons_emitted")),
+    a.absorbed = uint64_t(file.number("photons_absorbed"));
+    a.escaped = uint64_t(file.number("photons_escaped")),
+    a.cut_off = uint64_t(file.number("photons_cut_off"));
     a.absorbed_flux = file.vector("flux_absorbed"), a.escaped_flux = file.vector("flux_escaped");
     a.cut_off_flux = file.vector("flux_cut_off"), a.normals_flux = file.vector("flux_normals");
     a.squared_flux = file.vector("flux_squared");
@@ -213,10 +224,13 @@ EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sa
 
 nlohmann::json WorkFolder::read_run() const {
     const fs::path path = path_ / "run.json";
-    return fs::exists(path) ? nlohmann::json::parse(read_text(path), nullptr, false) : nlohmann::json::object();
+    return fs::exists(path) ? nlohmann::json::parse(read_text(path), nullptr, false)
+                            : nlohmann::json::object();
 }
 
-void WorkFolder::write_run(const nlohmann::json& run) const { write_text_atomically(path_ / "run.json", run.dump(2) + "\n"); }
+void WorkFolder::write_run(const nlohmann::json& run) const {
+    write_text_atomically(path_ / "run.json", run.dump(2) + "\n");
+}
 
 void WorkFolder::remove() const {
     std::error_code ignored;

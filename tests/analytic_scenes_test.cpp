@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Items 11 and 12 of the list of answers known in advance, through all stages of a bake: cells, lamp positions,
-// photons, density, fit. Items 1 to 9 and 13 stand with the units that they test: direct_light_test, form_factor_test,
-// photon_test, path_radiance_test, density_test, fit_test; 10 cannot be expressed (path_radiance_test says why).
+// Items 11 and 12 of the list of answers known in advance, through all stages of a bake: cells, lamp
+// positions, photons, density, fit. Items 1 to 9 and 13 stand with the units that they test:
+// direct_light_test, form_factor_test, photon_test, path_radiance_test, density_test, fit_test; 10 cannot be
+// expressed (path_radiance_test says why).
 #include "bake/density.h"
 #include "bake/fit.h"
 #include "statistics.h"
@@ -18,7 +19,7 @@ struct Baked {
     Cells cells;
     MapBox box;
     std::vector<Vec3> positions;
-    std::vector<DensityVolume> volumes;   // per position
+    std::vector<DensityVolume> volumes;  // per position
     BoxFit fit;
 
     const DensityVolume::PerComponent& of(std::size_t sample) const {
@@ -50,8 +51,8 @@ Baked bake(const Scene& scene) {
     return baked;
 }
 
-// What each sample's density adds to each coefficient, [sample][term]: the fit of densities that are 1 in one sample
-// and 0 in the others.
+// What each sample's density adds to each coefficient, [sample][term]: the fit of densities that are 1 in one
+// sample and 0 in the others.
 std::vector<std::vector<double>> influence_of(const Baked& baked) {
     const std::size_t samples = baked.positions.size();
     const auto one_at = [&](std::size_t sample) {
@@ -63,7 +64,8 @@ std::vector<std::vector<double>> influence_of(const Baked& baked) {
     const std::size_t terms = fit.polynomials.terms.size();
     std::vector<std::vector<double>> influence(samples, std::vector<double>(terms));
     for (std::size_t m = 0; m < samples; ++m)
-        for (std::size_t t = 0; t < terms; ++t) influence[m][t] = fit.polynomials.coefficients[(m * terms + t) * 3];
+        for (std::size_t t = 0; t < terms; ++t)
+            influence[m][t] = fit.polynomials.coefficients[(m * terms + t) * 3];
     return influence;
 }
 
@@ -90,7 +92,8 @@ class DiffuseSphere : public testing::Test {
 
     // Does the patch gather photons enough for Gaussian noise: 30 in each volume on average?
     static bool well_lit(std::size_t patch) {
-        const double flux = double(baked_->coefficient(patch, kConstantTerm)) * baked_->cells.patches[patch].area;
+        const double flux =
+            double(baked_->coefficient(patch, kConstantTerm)) * baked_->cells.patches[patch].area;
         return flux * kSpherePhotons > 30;
     }
     static inline const Baked* baked_ = nullptr;
@@ -117,7 +120,8 @@ TEST_F(DiffuseSphere, NonConstantCoefficientsVanishWithinNoise) {
     }
     ASSERT_GT(checks, 2000);
     EXPECT_LT(largest, sigmas(checks));
-    // Root mean square 1: patches are nearly independent. Slack: photons that land twice in a patch add 1 % each way.
+    // Root mean square 1: patches are nearly independent. Slack: photons that land twice in a patch add 1 %
+    // each way.
     expect_mean(squares_per_patch, 1, 0.02);
 }
 
@@ -126,18 +130,19 @@ TEST_F(DiffuseSphere, ConstantIsTheClosedForm) {
     double flux = 0, lit_area = 0;
     for (std::size_t p = 0; p < baked_->cells.patches.size(); ++p) {
         const double e = baked_->coefficient(p, kConstantTerm);
-        if (e == 0) continue;   // the outside
+        if (e == 0) continue;  // the outside
         flux += e * baked_->cells.patches[p].area;
         lit_area += baked_->cells.patches[p].area;
     }
     const double surface = total_area(diffuse_sphere().geometry);
-    EXPECT_NEAR(lit_area, surface, 1e-5 * surface);   // float roundings
+    EXPECT_NEAR(lit_area, surface, 1e-5 * surface);  // float roundings
     double influence2 = 0;
-    for (const auto& of_sample : influence_of(*baked_)) influence2 += of_sample[kConstantTerm] * of_sample[kConstantTerm];
+    for (const auto& of_sample : influence_of(*baked_))
+        influence2 += of_sample[kConstantTerm] * of_sample[kConstantTerm];
     // The number of a photon's landings is geometric, of variance rho / (1 - rho)².
     const double error = std::sqrt(influence2 * kAlbedo / double(kSpherePhotons)) / (1 - kAlbedo);
     EXPECT_NEAR(flux, kAlbedo / (1 - kAlbedo), sigmas() * error);
-    EXPECT_LT(sigmas() * error, 0.03);   // the test can see something
+    EXPECT_LT(sigmas() * error, 0.03);  // the test can see something
 }
 
 // --- item 12 ---
@@ -148,7 +153,7 @@ Scene crooked_room() {
     add_box(scene, {0.5f, 0, 0.125f}, {0.75f, 0.5f, 0.5f}, false);
     scene.lights[0].position = {0.3f, 1, 0.4f};
     scene.grid.resolution = CellSize{0.25};
-    scene.grid.reachable_area_only = false;   // the same patches, whatever the random numbers
+    scene.grid.reachable_area_only = false;  // the same patches, whatever the random numbers
     scene.bake.photons = 100000;
     scene.bake.components = {Component::direct, Component::indirect};
     return scene;
@@ -173,7 +178,8 @@ void move_scene(Scene& scene, Move move) {
     for (Light& light : scene.lights) light.position = move(light.position);
 }
 
-// Densities of `b` are `scale` times those of `a`, within the noise of both; patches correspond by `patch_of`.
+// Densities of `b` are `scale` times those of `a`, within the noise of both; patches correspond by
+// `patch_of`.
 template <class PatchOf>
 void expect_scaled(const Traced& a, const Traced& b, double scale, PatchOf patch_of) {
     ASSERT_EQ(a.cells.patches.size(), b.cells.patches.size());
@@ -183,13 +189,15 @@ void expect_scaled(const Traced& a, const Traced& b, double scale, PatchOf patch
         ASSERT_GE(q, 0);
         for (const Component c : {Component::direct, Component::indirect}) {
             const auto &from = a.volume.components[int(c)], &to = b.volume.components[int(c)];
-            // Below a dozen photons noise is not Gaussian: one photon's weight is added for that. Repeated landings of
-            // a photon in a patch add a few per cent to the error.
+            // Below a dozen photons noise is not Gaussian: one photon's weight is added for that. Repeated
+            // landings of a photon in a patch add a few per cent to the error.
             const double one = 3 / (100000 * double(a.cells.patches[p].area));
-            const double error = 1.05 * std::sqrt(from.variance[p] * scale * scale + to.variance[std::size_t(q)]);
+            const double error =
+                1.05 * std::sqrt(from.variance[p] * scale * scale + to.variance[std::size_t(q)]);
             for (int channel = 0; channel < 3; ++channel)
-                EXPECT_NEAR(to.density[std::size_t(q)][channel], from.density[p][channel] * scale,
-                            sigmas(3 * checks) * error * 1.3 + one * scale);   // 1.3: channels spread about their mean
+                EXPECT_NEAR(
+                    to.density[std::size_t(q)][channel], from.density[p][channel] * scale,
+                    sigmas(3 * checks) * error * 1.3 + one * scale);  // 1.3: channels spread about their mean
         }
     }
 }
@@ -219,7 +227,7 @@ TEST(ScalingLaws, ATurnedSceneLooksTheSame) {
     move_scene(turned, [](const Vec3& p) { return Vec3(p.z, p.y, kWidth - p.x); });
     turned.bake.seed = 2;
     const Traced a = trace(crooked_room()), b = trace(turned);
-    constexpr int kTurned[kFacingCount] = {5, 4, 2, 3, 0, 1};   // px -> nz, nx -> pz, pz -> px, nz -> nx
+    constexpr int kTurned[kFacingCount] = {5, 4, 2, 3, 0, 1};  // px -> nz, nx -> pz, pz -> px, nz -> nx
     expect_scaled(a, b, 1, [&](std::size_t p) {
         const Patch& patch = a.cells.patches[p];
         const Index3 cell(patch.cell.z, patch.cell.y, a.cells.grid.size.x - 1 - patch.cell.x);
@@ -248,10 +256,12 @@ IlluminationMap two_lamps() {
         light.domain = Box3(Vec3(-1), Vec3(2));
         light.boxes = split_domain(light.domain, Index3(2, 1, 1));
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
-            Polynomials p{terms_of(3, {true, true, true}), std::vector<float>(4 * kTermCount * 3), std::vector<float>(4)};
+            Polynomials p{terms_of(3, {true, true, true}), std::vector<float>(4 * kTermCount * 3),
+                          std::vector<float>(4)};
             for (float& c : p.coefficients) c = 0.1f * random.next();
-            for (std::size_t i = 0; i < 4; ++i)   // positive everywhere: nothing is cut to 0
-                for (std::size_t c = 0; c < 3; ++c) p.coefficients[(i * kTermCount + kConstantTerm) * 3 + c] = 2;
+            for (std::size_t i = 0; i < 4; ++i)  // positive everywhere: nothing is cut to 0
+                for (std::size_t c = 0; c < 3; ++c)
+                    p.coefficients[(i * kTermCount + kConstantTerm) * 3 + c] = 2;
             light.polynomials.emplace_back()[int(Component::indirect)] = p;
         }
         map.lights.push_back(light);
@@ -263,13 +273,15 @@ TEST(ScalingLaws, LampsAddAndPowerMultiplies) {
     const IlluminationMap map = two_lamps();
     const LightState one{{0.2f, 0.3f, -0.4f}, {1, 2, 3}}, other{{1.5f, 0, 1}, {4, 5, 6}};
     const auto with = [&](const Rgb& first, const Rgb& second) {
-        return patch_irradiance(map, Component::indirect, {{one.position, one.power * first}, {other.position, other.power * second}});
+        return patch_irradiance(map, Component::indirect,
+                                {{one.position, one.power * first}, {other.position, other.power * second}});
     };
-    const auto both = with(Rgb(1), Rgb(1)), only_one = with(Rgb(1), Rgb(0)), only_other = with(Rgb(0), Rgb(1));
+    const auto both = with(Rgb(1), Rgb(1)), only_one = with(Rgb(1), Rgb(0)),
+               only_other = with(Rgb(0), Rgb(1));
     const auto strong = with(Rgb(10), Rgb(10));
     for (std::size_t p = 0; p < both.size(); ++p)
         for (int c = 0; c < 3; ++c) {
-            const float rounding = 50 * 0x1p-24f * both[p][c];   // twenty products and sums, twice
+            const float rounding = 50 * 0x1p-24f * both[p][c];  // twenty products and sums, twice
             EXPECT_NEAR(both[p][c], only_one[p][c] + only_other[p][c], rounding);
             EXPECT_NEAR(strong[p][c], 10 * both[p][c], 10 * rounding);
             EXPECT_GT(only_one[p][c], 0);

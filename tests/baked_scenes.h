@@ -49,7 +49,9 @@ struct Baked {
 inline Baked& baked_scene(const std::string& name) {
     static std::map<std::string, std::unique_ptr<Baked>> all;
     auto& one = all[name];
-    if (!one) one = std::make_unique<Baked>(fs::path(PIM_DATA) / name / (name + ".toml"), test_folder() / (name + ".vdb"));
+    if (!one)
+        one = std::make_unique<Baked>(fs::path(PIM_DATA) / name / (name + ".toml"),
+                                      test_folder() / (name + ".vdb"));
     return *one;
 }
 
@@ -63,14 +65,16 @@ inline std::vector<LightState> lamps_at_start(const Scene& scene) {
 struct PathIrradiance {
     double mean = 0, error = 0;
 };
-inline PathIrradiance path_irradiance(const Baked& b, const PathScene& paths, const SurfacePoint& s, int count,
-                                      RandomStream& random) {
+inline PathIrradiance path_irradiance(const Baked& b, const PathScene& paths, const SurfacePoint& s,
+                                      int count, RandomStream& random) {
     double sum = 0, squares = 0;
     for (int i = 0; i < count; ++i) {
         const float u1 = random.next(), u2 = random.next();
         const Vec3 out = Frame(s.shading_normal).to_world(sample_cosine_hemisphere(u1, u2));
         if (out.dot(s.geometric_normal) <= 0) continue;
-        const double e = kPi * mean_channel(path_radiance(paths, {s.leave(out, b.caster.surface_offset()), out}, random).total);
+        const double e =
+            kPi *
+            mean_channel(path_radiance(paths, {s.leave(out, b.caster.surface_offset()), out}, random).total);
         sum += e, squares += e * e;
     }
     const double mean = sum / count;

@@ -21,7 +21,8 @@ void write_ball(const fs::path& path, int rings) {
         for (int j = 0; j < columns; ++j) {
             const double a = M_PI * i / rings, b = 2 * M_PI * j / columns;
             const double n[3] = {std::sin(a) * std::cos(b), std::cos(a), std::sin(a) * std::sin(b)};
-            out << "v " << n[0] << ' ' << n[1] << ' ' << n[2] << "\nvn " << n[0] << ' ' << n[1] << ' ' << n[2] << '\n';
+            out << "v " << n[0] << ' ' << n[1] << ' ' << n[2] << "\nvn " << n[0] << ' ' << n[1] << ' ' << n[2]
+                << '\n';
         }
     const auto vertex = [&](int i, int j) {
         const std::string k = std::to_string(i * columns + j % columns + 1);
@@ -29,12 +30,16 @@ void write_ball(const fs::path& path, int rings) {
     };
     for (int i = 0; i < rings; ++i)
         for (int j = 0; j < columns; ++j) {
-            if (i > 0) out << "f " << vertex(i, j) << ' ' << vertex(i, j + 1) << ' ' << vertex(i + 1, j) << '\n';
-            if (i < rings - 1) out << "f " << vertex(i, j + 1) << ' ' << vertex(i + 1, j + 1) << ' ' << vertex(i + 1, j) << '\n';
+            if (i > 0)
+                out << "f " << vertex(i, j) << ' ' << vertex(i, j + 1) << ' ' << vertex(i + 1, j) << '\n';
+            if (i < rings - 1)
+                out << "f " << vertex(i, j + 1) << ' ' << vertex(i + 1, j + 1) << ' ' << vertex(i + 1, j)
+                    << '\n';
         }
     const int first = (rings + 1) * columns;
     out << "o room\n";
-    for (int k = 0; k < 8; ++k) out << "v " << (k & 1 ? 2 : -2) << ' ' << (k & 2 ? 2 : -2) << ' ' << (k & 4 ? 2 : -2) << '\n';
+    for (int k = 0; k < 8; ++k)
+        out << "v " << (k & 1 ? 2 : -2) << ' ' << (k & 2 ? 2 : -2) << ' ' << (k & 4 ? 2 : -2) << '\n';
     const char* walls[] = {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"};
     for (const char* wall : walls) {
         std::istringstream corners(wall);
@@ -46,7 +51,8 @@ void write_ball(const fs::path& path, int rings) {
         }
         out << '\n';
     }
-    std::ofstream(path.parent_path() / "ball.mtl") << "newmtl white\nKd 0.7 0.7 0.7\nnewmtl red\nKd 0.7 0.1 0.1\n";
+    std::ofstream(path.parent_path() / "ball.mtl")
+        << "newmtl white\nKd 0.7 0.7 0.7\nnewmtl red\nKd 0.7 0.1 0.1\n";
 }
 
 fs::path write_scene(const std::string& name, int rings) {
@@ -95,24 +101,27 @@ std::pair<double, double> misfit(const Profile& p, int begin, int count) {
 
 void expect_no_seam(const std::string& name, int rings) {
     Baked b(write_scene(name, rings), test_folder() / (name + ".vdb"));
-    constexpr int kCount = 720;   // half a degree each
+    constexpr int kCount = 720;  // half a degree each
     const Profile p = profile_of(b, kCount, 4096);
-    // Left and right of each 45 degree line, 6 degrees each. The map's own noise: 2,000,000 photons leave some thousands
-    // in a patch: under 2 %.
+    // Left and right of each 45 degree line, 6 degrees each. The map's own noise: 2,000,000 photons leave
+    // some thousands in a patch: under 2 %.
     for (int line = 0; line < 4; ++line) {
         const int at = kCount / 8 + line * kCount / 4;
         const auto [left, left_error] = misfit(p, at - 12, 12);
         const auto [right, right_error] = misfit(p, at, 12);
-        std::printf("%s, %d degrees: map - path %.2f %% before, %.2f %% after (± %.2f %%)\n", name.c_str(), at / 2,
-                    100 * left, 100 * right, 100 * std::hypot(left_error, right_error));
+        std::printf("%s, %d degrees: map - path %.2f %% before, %.2f %% after (± %.2f %%)\n", name.c_str(),
+                    at / 2, 100 * left, 100 * right, 100 * std::hypot(left_error, right_error));
         EXPECT_NEAR(left, right, 0.02 + 4 * std::hypot(left_error, right_error));
     }
     // The profile itself has no jump: half a degree changes a smooth field by little.
     double level = 0, largest = 0;
     for (int i = 0; i < kCount; ++i) level += p.map[i] / kCount;
-    for (int i = 0; i < kCount; ++i) largest = std::max(largest, std::abs(p.map[(i + 1) % kCount] - p.map[i]));
-    std::printf("%s: largest step in half a degree %.2f %% of the mean\n", name.c_str(), 100 * largest / level);
-    // Facings and cells are blended over a cell (0.2 rad = 23 points) from values that differ by less than 60 %.
+    for (int i = 0; i < kCount; ++i)
+        largest = std::max(largest, std::abs(p.map[(i + 1) % kCount] - p.map[i]));
+    std::printf("%s: largest step in half a degree %.2f %% of the mean\n", name.c_str(),
+                100 * largest / level);
+    // Facings and cells are blended over a cell (0.2 rad = 23 points) from values that differ by less than 60
+    // %.
     EXPECT_LT(largest, 0.06 * level);
     const auto [all, all_error] = misfit(p, 0, kCount);
     EXPECT_NEAR(all, 0, 0.03 + 4 * all_error) << "mean over the circle";

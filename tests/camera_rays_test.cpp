@@ -14,7 +14,7 @@ Camera camera_at(const Vec3& eye, const Vec3& target, float fov) {
     return camera;
 }
 
-constexpr float kRounding = 1e-6f;   // a dozen float roundings of unit vectors
+constexpr float kRounding = 1e-6f;  // a dozen float roundings of unit vectors
 
 TEST(CameraRays, TheMiddleLooksAtTheTarget) {
     const Camera camera = camera_at({1, 2, 3}, {4, 0, -2}, 50);
@@ -32,13 +32,14 @@ TEST(CameraRays, FieldOfViewIsVertical) {
                 2 * std::atan(half_width) * 180 / kPi, 1e-3);
 }
 
-TEST(CameraRays, UpIsUpAndRightIsRight) {   // looking along -z with y up, +x is to the right
+TEST(CameraRays, UpIsUpAndRightIsRight) {  // looking along -z with y up, +x is to the right
     const CameraRays rays(camera_at({0, 0, 5}, {0, 0, 0}, 60), {100, 100});
     EXPECT_GT(rays.through(50, 0).direction.y, 0.1f);
     EXPECT_LT(rays.through(50, 100).direction.y, -0.1f);
     EXPECT_GT(rays.through(100, 50).direction.x, 0.1f);
     EXPECT_LT(rays.through(0, 50).direction.x, -0.1f);
-    for (const float x : {0.0f, 33.0f, 100.0f}) EXPECT_NEAR(rays.through(x, 7).direction.length(), 1, kRounding);
+    for (const float x : {0.0f, 33.0f, 100.0f})
+        EXPECT_NEAR(rays.through(x, 7).direction.length(), 1, kRounding);
 }
 
 TEST(CameraRays, PixelsAreSquare) {

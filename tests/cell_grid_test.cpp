@@ -11,7 +11,7 @@
 namespace pim {
 namespace {
 
-Scene board(const Vec3& size) {   // a scene with that bounding box
+Scene board(const Vec3& size) {  // a scene with that bounding box
     Scene scene = empty_scene();
     add_box(scene, Vec3(0), size, true);
     return scene;
@@ -39,10 +39,10 @@ TEST(MakeGrid, CellSizeAndRemainders) {
 TEST(MakeGrid, RefusesWhatCannotBe) {
     Scene scene = board({4, 2, 1});
     scene.grid.bounds = Box3(Vec3(10), Vec3(11));
-    EXPECT_THROW(make_grid(scene), Error);   // no surface there
+    EXPECT_THROW(make_grid(scene), Error);  // no surface there
     scene.grid.bounds.reset();
     scene.grid.resolution = CellSize{1e-4};
-    EXPECT_THROW(make_grid(scene), Error);   // too many cells
+    EXPECT_THROW(make_grid(scene), Error);  // too many cells
 }
 
 TEST(MakeGrid, FlatScenesHaveOneLayer) {
@@ -66,7 +66,7 @@ TEST(FacingWeights, AddToOneAndLieOnTheNormalsSide) {
             EXPECT_GE(facing.weight[f], 0);
             EXPECT_TRUE(n[f / 2] * (f % 2 ? -1 : 1) >= 0 || facing.weight[f] == 0);
         }
-        EXPECT_NEAR(sum, 1, 4 * 0x1p-23f);   // three divisions and two additions
+        EXPECT_NEAR(sum, 1, 4 * 0x1p-23f);  // three divisions and two additions
     }
 }
 
@@ -87,8 +87,8 @@ TEST(FacingWeights, AxesStandAlone) {
     EXPECT_EQ(slot_name(grid, 3 + kFacingCount), "ny_behind");
 }
 
-// The weights' slope is at most that of n² over the sum, 2 / (1 - 3 · 0.02): steps of 1e-3 radian move them by less
-// than 2.2e-3, across axes and octants too.
+// The weights' slope is at most that of n² over the sum, 2 / (1 - 3 · 0.02): steps of 1e-3 radian move them
+// by less than 2.2e-3, across axes and octants too.
 TEST(FacingWeights, AreContinuous) {
     const CellGrid grid;
     for (const Vec3& tilt : {Vec3(0, 0, 1), Vec3(0.3f, 0.8f, 0.1f), Vec3(1, 1, 1)}) {
@@ -96,7 +96,8 @@ TEST(FacingWeights, AreContinuous) {
         FacingWeights before = facing_weights(grid, frame.tangent);
         for (int i = 1; i <= 6284; ++i) {
             const float a = float(i) * 1e-3f;
-            const FacingWeights now = facing_weights(grid, frame.tangent * std::cos(a) + frame.bitangent * std::sin(a));
+            const FacingWeights now =
+                facing_weights(grid, frame.tangent * std::cos(a) + frame.bitangent * std::sin(a));
             for (int f = 0; f < kFacingCount; ++f) ASSERT_NEAR(now.weight[f], before.weight[f], 2.2e-3f) << a;
             before = now;
         }
@@ -110,7 +111,8 @@ struct Floor {
     Scene scene = empty_scene();
     SurfaceCells cells;
 
-    explicit Floor(float y, const Vec3d& origin = Vec3d(0)) : cells(grid_at(origin), with_floor(scene, y).geometry) {}
+    explicit Floor(float y, const Vec3d& origin = Vec3d(0))
+        : cells(grid_at(origin), with_floor(scene, y).geometry) {}
     static CellGrid grid_at(const Vec3d& origin) { return {origin, 0.25, Index3(4), true}; }
     static Scene& with_floor(Scene& scene, float y) {
         add_quad(scene, {0, y, 0}, {0, 0, 1}, {1, 0, 0});
@@ -120,9 +122,10 @@ struct Floor {
 
 TEST(SurfaceCells, AFloorOnABorderBelongsToTheCellsThatItsSidesLookInto) {
     const Floor floor(0.5f);
-    for (const float wobble : {0.0f, 1e-7f, -1e-7f, 3e-6f, -3e-6f}) {   // roundings of hit points
+    for (const float wobble : {0.0f, 1e-7f, -1e-7f, 3e-6f, -3e-6f}) {  // roundings of hit points
         const Vec3 place(0.3f, 0.5f + wobble, 0.6f);
-        const auto up = floor.cells.fine_cell(0, Side::front, place), down = floor.cells.fine_cell(0, Side::back, place);
+        const auto up = floor.cells.fine_cell(0, Side::front, place),
+                   down = floor.cells.fine_cell(0, Side::back, place);
         ASSERT_TRUE(up && down);
         EXPECT_EQ(cell_of_fine(*up).y, 2);
         EXPECT_EQ(cell_of_fine(*down).y, 1);
@@ -154,7 +157,7 @@ TEST(SurfaceCells, SurfacesAwayFromBordersAreWhereTheyAre) {
     for (const Side side : {Side::front, Side::back}) {
         const auto fine = floor.cells.fine_cell(0, side, {0.99f, 0.4f, 0.01f});
         ASSERT_TRUE(fine);
-        EXPECT_EQ(*fine, Index3(15, 6, 0));   // fine cells of 1/16
+        EXPECT_EQ(*fine, Index3(15, 6, 0));  // fine cells of 1/16
         EXPECT_EQ(floor.cells.tied(0, side, 1), 6);
         EXPECT_FALSE(floor.cells.tied(0, side, 0));
     }

@@ -21,7 +21,7 @@ Scene room_with_cells() {
     return scene;
 }
 
-uint32_t add_object(Scene& scene) {   // what is added from here on belongs to it
+uint32_t add_object(Scene& scene) {  // what is added from here on belongs to it
     scene.geometry.objects.push_back("object " + std::to_string(scene.geometry.objects.size()));
     return uint32_t(scene.geometry.triangles.size());
 }
@@ -35,7 +35,7 @@ TEST(Cells, WhatIsAllVisibleStays) {
     const Cells cells = cells_of(scene);
     EXPECT_TRUE(cells.left_out.empty());
     const double both_sides = 2 * total_area(scene.geometry);
-    EXPECT_NEAR(cells.surface_area, both_sides, 1e-6 * both_sides);   // float roundings
+    EXPECT_NEAR(cells.surface_area, both_sides, 1e-6 * both_sides);  // float roundings
     EXPECT_NEAR(cells.counted_area, both_sides, 1e-6 * both_sides);
 }
 
@@ -51,9 +51,10 @@ TEST(Cells, AllSurfaceCountsForTheThesis) {
     for (const Patch& p : cells.patches) EXPECT_EQ(p.slot, 0);
 }
 
-// Area of the fragments of triangles from `first` on that look along `facing` and lie inside a box: all, and left out.
-std::pair<double, double> areas_in(const Scene& scene, const Cells& cells, uint32_t first, uint32_t last, Side side,
-                                   const Box3& box) {
+// Area of the fragments of triangles from `first` on that look along `facing` and lie inside a box: all, and
+// left out.
+std::pair<double, double> areas_in(const Scene& scene, const Cells& cells, uint32_t first, uint32_t last,
+                                   Side side, const Box3& box) {
     std::pair<double, double> areas{0, 0};
     for (const Fragment& f : cut_into_fragments(scene, SurfaceCells(cells.grid, scene.geometry))) {
         if (f.key.triangle < first || f.key.triangle >= last || (f.key.place & 1) != int(side)) continue;
@@ -71,10 +72,10 @@ TEST(Cells, WallBehindABoardIsLeftOut) {
     const uint32_t board = add_object(scene);
     add_box(scene, {0.985f, 0.25f, 0.25f}, {0.99f, 0.75f, 0.75f}, false);
     const Cells cells = cells_of(scene);
-    const auto [covered, left_out] =
-        areas_in(scene, cells, 0, board, Side::front, Box3(Vec3(0.999f, 0.31f, 0.31f), Vec3(1.001f, 0.69f, 0.69f)));
+    const auto [covered, left_out] = areas_in(scene, cells, 0, board, Side::front,
+                                              Box3(Vec3(0.999f, 0.31f, 0.31f), Vec3(1.001f, 0.69f, 0.69f)));
     EXPECT_GT(covered, 0.1);
-    EXPECT_GT(left_out, 0.98 * covered);   // what no test decides stays: 2 %
+    EXPECT_GT(left_out, 0.98 * covered);  // what no test decides stays: 2 %
     const Box3 low_wall(Vec3(0.999f, 0, 0), Vec3(1.001f, 0.2f, 1)), all(Vec3(0), Vec3(1));
     EXPECT_EQ(areas_in(scene, cells, 0, board, Side::front, low_wall).second, 0);
     const auto front = areas_in(scene, cells, board, uint32_t(scene.geometry.triangles.size()), Side::front,
@@ -92,10 +93,13 @@ TEST(Cells, InsideOfABoxIsLeftOut) {
     const Cells cells = cells_of(scene);
     const Index3 cell(4, 0, 4);
     constexpr double kRounding = 1e-7;
-    for (const int sideways : {0, 1, 4, 5}) EXPECT_NEAR(patch_of(cells, cell, sideways).area, kSide * kSide, kRounding);
-    // Upwards: the box's top and the floor around it; the footprint too, until there are photons enough to tell.
+    for (const int sideways : {0, 1, 4, 5})
+        EXPECT_NEAR(patch_of(cells, cell, sideways).area, kSide * kSide, kRounding);
+    // Upwards: the box's top and the floor around it; the footprint too, until there are photons enough to
+    // tell.
     double upwards = patch_of(cells, cell, 2).area;
-    if (cells.index.find(cell, 2 + kFacingCount) >= 0) upwards += patch_of(cells, cell, 2 + kFacingCount).area;
+    if (cells.index.find(cell, 2 + kFacingCount) >= 0)
+        upwards += patch_of(cells, cell, 2 + kFacingCount).area;
     EXPECT_GE(upwards, 0.125 * 0.125 - kRounding);
     EXPECT_LE(upwards, 0.125 * 0.125 + kSide * kSide + kRounding);
 }
@@ -108,7 +112,7 @@ TEST(Cells, TwiceThePhotonsChangeLittle) {
     add_box(scene, {0.3f, 0, 0.3f}, {0.41f, 0.13f, 0.37f}, false);
     const Cells once = cells_of(scene, {.most_photons = uint64_t{1} << 20});
     const Cells twice = cells_of(scene, {.most_photons = uint64_t{1} << 21});
-    EXPECT_NEAR(twice.counted_area, once.counted_area, 0.01 * once.counted_area);   // the mark
+    EXPECT_NEAR(twice.counted_area, once.counted_area, 0.01 * once.counted_area);  // the mark
     EXPECT_LT(once.counted_area, 2 * total_area(scene.geometry));
 }
 
@@ -117,7 +121,7 @@ TEST(Cells, PatchesAreSortedAndHoldTheirCentres) {
     EXPECT_TRUE(std::ranges::is_sorted(cells.patches, patch_before));
     for (std::size_t p = 0; p < cells.patches.size(); ++p) {
         EXPECT_EQ(cells.index.find(cells.patches[p].cell, cells.patches[p].slot), int(p));
-        for (int axis = 0; axis < 3; ++axis)   // within the cell, but for the tie at its border
+        for (int axis = 0; axis < 3; ++axis)  // within the cell, but for the tie at its border
             EXPECT_LE(std::abs(cells.patches[p].centre[axis]), 0.51f * cells.grid.cell_size);
     }
 }
@@ -127,9 +131,9 @@ TEST(Cells, SurfacesOneBehindTheOtherAreTwoPatches) {
     Scene scene = room_with_cells();
     const float front = 1 - 0.03f;
     add_object(scene);
-    add_quad(scene, {front, 0.3125f, 0.3125f}, {0, 0, 0.375f}, {0, 0.375f, 0});   // looks to -x
+    add_quad(scene, {front, 0.3125f, 0.3125f}, {0, 0, 0.375f}, {0, 0.375f, 0});  // looks to -x
     const Cells cells = cells_of(scene);
-    const Index3 cell(7, 2, 4);   // y from 0.25 to 0.375: its upper half is behind the board
+    const Index3 cell(7, 2, 4);  // y from 0.25 to 0.375: its upper half is behind the board
     const int wall = cells.index.find(cell, 1 + kFacingCount), board = cells.index.find(cell, 1);
     ASSERT_GE(wall, 0);
     ASSERT_GE(board, 0);

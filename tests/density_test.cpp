@@ -14,9 +14,10 @@ struct Traced {
 
     const std::vector<Rgb>& density(Component c) const { return volume.components[int(c)].density; }
     const std::vector<float>& variance(Component c) const { return volume.components[int(c)].variance; }
-    double flux(Component c) const {   // of the first channel, in all patches
+    double flux(Component c) const {  // of the first channel, in all patches
         double sum = 0;
-        for (std::size_t p = 0; p < cells.patches.size(); ++p) sum += double(density(c)[p].x) * cells.patches[p].area;
+        for (std::size_t p = 0; p < cells.patches.size(); ++p)
+            sum += double(density(c)[p].x) * cells.patches[p].area;
         return sum;
     }
 };
@@ -48,7 +49,8 @@ double flux_from_corner(double a, double b, double h) {
 }
 
 double flux_on(double x0, double x1, double z0, double z1, double h) {
-    return flux_from_corner(x1, z1, h) - flux_from_corner(x0, z1, h) - flux_from_corner(x1, z0, h) + flux_from_corner(x0, z0, h);
+    return flux_from_corner(x1, z1, h) - flux_from_corner(x0, z1, h) - flux_from_corner(x1, z0, h) +
+           flux_from_corner(x0, z0, h);
 }
 
 // Item 1: every cell of a plane. Counts are binomial.
@@ -67,15 +69,18 @@ TEST(Density, PlaneUnderAPointLamp) {
         const double error = std::sqrt(share * (1 - share) / double(kPhotons));
         EXPECT_NEAR(traced.density(Component::direct)[p].x * patch.area, share, sigmas(64) * error);
         const double variance = traced.variance(Component::direct)[p] * patch.area * patch.area;
-        EXPECT_NEAR(variance, error * error, 0.1 * error * error);   // its own noise: 1/sqrt(1000 photons), three times
+        EXPECT_NEAR(variance, error * error,
+                    0.1 * error * error);  // its own noise: 1/sqrt(1000 photons), three times
     }
     EXPECT_EQ(lit, 64);
 }
 
-TEST(Density, DirectAndIndirectFluxOfARoom) {   // 1 and rho / (1 - rho)
-    const Traced traced = trace(with_settings(room({0.7f, 0.5f, 0.0f}), 4, 200000, {Component::direct, Component::indirect}));
-    EXPECT_NEAR(traced.flux(Component::direct), 1, 1e-5);   // every photon lands once; float roundings
-    const double rho = 0.7, error = std::sqrt(rho / 200000) / (1 - rho);   // of a geometric distribution's mean
+TEST(Density, DirectAndIndirectFluxOfARoom) {  // 1 and rho / (1 - rho)
+    const Traced traced =
+        trace(with_settings(room({0.7f, 0.5f, 0.0f}), 4, 200000, {Component::direct, Component::indirect}));
+    EXPECT_NEAR(traced.flux(Component::direct), 1, 1e-5);  // every photon lands once; float roundings
+    const double rho = 0.7,
+                 error = std::sqrt(rho / 200000) / (1 - rho);  // of a geometric distribution's mean
     EXPECT_NEAR(traced.flux(Component::indirect), rho / (1 - rho), sigmas() * error);
     for (const Rgb& e : traced.density(Component::indirect)) EXPECT_EQ(e.z, 0);
 }
@@ -89,9 +94,11 @@ TEST(Density, BothWaysToStoreAgree) {
     ASSERT_EQ(a.cells.patches.size(), b.cells.patches.size());
     for (std::size_t p = 0; p < a.cells.patches.size(); ++p) {
         const double variance = a.variance(Component::indirect)[p] + b.variance(Component::indirect)[p];
-        // Sums of squared weights leave out that one photon may land twice in a patch: a few per cent of 192 patches.
+        // Sums of squared weights leave out that one photon may land twice in a patch: a few per cent of 192
+        // patches.
         const double error = 1.05 * std::sqrt(variance);
-        EXPECT_NEAR(a.density(Component::indirect)[p].x, b.density(Component::indirect)[p].x, sigmas(192) * error);
+        EXPECT_NEAR(a.density(Component::indirect)[p].x, b.density(Component::indirect)[p].x,
+                    sigmas(192) * error);
     }
 }
 
@@ -161,15 +168,18 @@ TEST(Density, BoundsThroughASurface) {
     scene.grid.bounds = Box3(Vec3(-0.5f, -0.25f, -0.5f), Vec3(0.5f, 0.75f, 0.5f));
     const Traced traced = trace(scene);
     const double share = flux_on(-0.5, 0.5, -0.5, 0.5, 1);
-    EXPECT_NEAR(traced.flux(Component::direct), share, sigmas() * std::sqrt(share * (1 - share) / double(kPhotons)));
+    EXPECT_NEAR(traced.flux(Component::direct), share,
+                sigmas() * std::sqrt(share * (1 - share) / double(kPhotons)));
 }
 
-TEST(Density, FloorOnABorderBetweenCells) {   // the trap of torn floors: nothing is lost, whatever the rounding
+TEST(Density,
+     FloorOnABorderBetweenCells) {  // the trap of torn floors: nothing is lost, whatever the rounding
     Scene scene = with_settings(plane_under_lamp(2, 1), 4, 200000, {Component::direct});
     for (Vec3& p : scene.geometry.positions) p.y = 0.1f;
     scene.lights[0].position = {0, 1.1f, 0};
     scene.grid.resolution = CellSize{0.1};
-    scene.grid.bounds = Box3(Vec3(-1, -0.3f, -1), Vec3(1, 0.5f, 1));   // cells of 0.1: a border at 0.1, in rounding
+    scene.grid.bounds =
+        Box3(Vec3(-1, -0.3f, -1), Vec3(1, 0.5f, 1));  // cells of 0.1: a border at 0.1, in rounding
     const Traced traced = trace(scene);
     const double share = flux_on(-1, 1, -1, 1, 1);
     EXPECT_NEAR(traced.flux(Component::direct), share, sigmas() * std::sqrt(share * (1 - share) / 200000));
@@ -180,9 +190,10 @@ TEST(Density, FloorOnABorderBetweenCells) {   // the trap of torn floors: nothin
 
 TEST(Density, SameBytesAtAnyThreadCount) {
     for (const Estimator estimator : {Estimator::area, Estimator::sphere}) {
-        Scene scene = with_settings(room({0.7f, 0.5f, 0.3f}), 4, 1200000, {Component::indirect});   // three chunks
+        Scene scene =
+            with_settings(room({0.7f, 0.5f, 0.3f}), 4, 1200000, {Component::indirect});  // three chunks
         scene.grid.estimator = estimator;
-        if (estimator == Estimator::sphere) scene.bake.photons = 550000;   // two, k-d tree queries are slow
+        if (estimator == Estimator::sphere) scene.bake.photons = 550000;  // two, k-d tree queries are slow
         const auto with = [&](int threads) {
             const ThreadLimit limit(threads);
             return trace(scene);

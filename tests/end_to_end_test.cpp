@@ -19,12 +19,13 @@ namespace {
 
 struct Outcome {
     int code;
-    std::string text;   // stdout and stderr
+    std::string text;  // stdout and stderr
 };
 
 Outcome run(const std::string& command) {
     const fs::path log = test_folder() / "log.txt";
-    const int status = std::system((std::string(PIM_BIN) + "/" + command + " >" + log.string() + " 2>&1").c_str());
+    const int status =
+        std::system((std::string(PIM_BIN) + "/" + command + " >" + log.string() + " 2>&1").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_text(log)};
 }
 
@@ -32,20 +33,22 @@ void expect_failure(const std::string& command, int code, const std::vector<std:
     const Outcome outcome = run(command);
     EXPECT_EQ(outcome.code, code) << command << "\n" << outcome.text;
     for (const std::string& word : words)
-        EXPECT_NE(outcome.text.find(word), std::string::npos) << command << " should name '" << word << "':\n" << outcome.text;
+        EXPECT_NE(outcome.text.find(word), std::string::npos) << command << " should name '" << word << "':\n"
+                                                              << outcome.text;
 }
 
 const std::string kCornell = std::string(PIM_DATA) + "/cornell/cornell.glb";
 
 // A small bake of the Cornell box; `extra` goes to the end, `grid` into [grid].
-std::string description(const std::string& name, const std::string& extra = "", const std::string& geometry = kCornell,
-                        const std::string& grid = "cells = 12") {
+std::string description(const std::string& name, const std::string& extra = "",
+                        const std::string& geometry = kCornell, const std::string& grid = "cells = 12") {
     const fs::path path = test_folder() / (name + ".toml");
-    std::ofstream(path) << "[scene]\ngeometry = \"" << geometry << "\"\n[grid]\n" << grid
-                        << "\n[bake]\nphotons = 3000\ncomponents = [\"direct\", \"indirect\"]\n"
+    std::ofstream(path) << "[scene]\ngeometry = \"" << geometry << "\"\n[grid]\n"
+                        << grid << "\n[bake]\nphotons = 3000\ncomponents = [\"direct\", \"indirect\"]\n"
                         << "[[light]]\nname = \"lamp\"\npower = [100, 100, 100]\nsamples = 60\n"
                         << "domain = { min = [1, 3.6, 1], max = [4, 4.9, 4] }\n"
-                        << "[[camera]]\nname = \"front\"\neye = [2.78, 2.73, -8]\ntarget = [2.78, 2.73, 2.8]\nsize = [64, 64]\n"
+                        << "[[camera]]\nname = \"front\"\neye = [2.78, 2.73, -8]\ntarget = [2.78, 2.73, "
+                           "2.8]\nsize = [64, 64]\n"
                         << extra;
     return path.string();
 }
@@ -55,7 +58,9 @@ std::string map_path(const std::string& name) { return (test_folder() / (name + 
 TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
     const std::string scene = description("threads");
     for (const char* threads : {"1", "2", "4"})
-        ASSERT_EQ(run("bake run " + scene + " -o " + map_path("threads") + threads + " --threads " + threads).code, 0);
+        ASSERT_EQ(
+            run("bake run " + scene + " -o " + map_path("threads") + threads + " --threads " + threads).code,
+            0);
     const std::string one = read_text(map_path("threads") + "1");
     EXPECT_EQ(one, read_text(map_path("threads") + "2"));
     EXPECT_EQ(one, read_text(map_path("threads") + "4"));
@@ -65,7 +70,10 @@ TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
     ASSERT_EQ(run("bake fit " + scene + " -o " + parts).code, 0);
     EXPECT_EQ(one, read_text(parts));
     for (const char* threads : {"1", "2", "4"})
-        ASSERT_EQ(run("viewer " + map_path("threads") + "1 --output " + (test_folder() / "t").string() + threads + ".exr --threads " + threads).code, 0);
+        ASSERT_EQ(run("viewer " + map_path("threads") + "1 --output " + (test_folder() / "t").string() +
+                      threads + ".exr --threads " + threads)
+                      .code,
+                  0);
     EXPECT_EQ(read_text(test_folder() / "t1.exr"), read_text(test_folder() / "t2.exr"));
     EXPECT_EQ(read_text(test_folder() / "t1.exr"), read_text(test_folder() / "t4.exr"));
 }
@@ -73,24 +81,27 @@ TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
 TEST(EndToEnd, AKilledBakeGoesOnToTheSameBytes) {
     const std::string scene = description("killed");
     const std::string whole = map_path("killed_whole"), killed = map_path("killed");
-    const std::string more = " --photons 60000";   // long enough to be killed half-way
+    const std::string more = " --photons 60000";  // long enough to be killed half-way
     ASSERT_EQ(run("bake run " + scene + " -o " + whole + more).code, 0);
     const fs::path work = killed + ".work";
     const auto volumes = [&] {
         int count = 0;
         if (fs::exists(work))
-            for (const auto& entry : fs::directory_iterator(work)) count += entry.path().filename().string().starts_with("lamp.");
+            for (const auto& entry : fs::directory_iterator(work))
+                count += entry.path().filename().string().starts_with("lamp.");
         return count;
     };
     for (const int signal : {SIGKILL, SIGTERM}) {
         const pid_t child = fork();
         if (child == 0) {
             const std::string bake = std::string(PIM_BIN) + "/bake";
-            execl(bake.c_str(), "bake", "run", scene.c_str(), "-o", killed.c_str(), "--photons", "60000", "--quiet", nullptr);
+            execl(bake.c_str(), "bake", "run", scene.c_str(), "-o", killed.c_str(), "--photons", "60000",
+                  "--quiet", nullptr);
             _exit(127);
         }
         const int before = volumes();
-        for (int i = 0; i < 6000 && volumes() < before + 5; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        for (int i = 0; i < 6000 && volumes() < before + 5; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
         kill(child, signal);
         int status = 0;
         waitpid(child, &status, 0);
@@ -109,7 +120,8 @@ TEST(EndToEnd, TheStoredDescriptionMakesTheSameMap) {
     ASSERT_EQ(run("bake run " + scene + " -o " + map_path("stored") + " --photons 1000").code, 0);
     const VdbReader file(map_path("stored"));
     std::ofstream(test_folder() / "again.toml") << file.text("scene");
-    ASSERT_EQ(run("bake run " + (test_folder() / "again.toml").string() + " -o " + map_path("again")).code, 0);
+    ASSERT_EQ(run("bake run " + (test_folder() / "again.toml").string() + " -o " + map_path("again")).code,
+              0);
     EXPECT_EQ(read_text(map_path("stored")), read_text(map_path("again")));
 }
 
@@ -121,28 +133,40 @@ TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
         for (const std::string& key : wanted) EXPECT_TRUE(json.contains(key)) << command << " lacks " << key;
     };
     keys("bake info " + map, {"cells", "lights", "bytes", "residual", "left_out"});
-    keys("bake plan " + scene, {"grid", "cells", "light_samples", "photons_total", "memory_bytes", "disk_bytes",
-                                "seconds_estimate", "left_out", "warnings"});
+    keys("bake plan " + scene, {"grid", "cells", "light_samples", "photons_total", "memory_bytes",
+                                "disk_bytes", "seconds_estimate", "left_out", "warnings"});
     keys("bake evaluate " + map + " --lights 2 --pixels 64 --paths 8",
-         {"relrmse", "relrmse_indirect", "relrmse_p95", "relrmse_per_position", "reference_noise", "bake_seconds", "frame_seconds"});
+         {"relrmse", "relrmse_indirect", "relrmse_p95", "relrmse_per_position", "reference_noise",
+          "bake_seconds", "frame_seconds"});
     const fs::path stats = test_folder() / "stats.json";
-    ASSERT_EQ(run("viewer " + map + " --output " + (test_folder() / "s.png").string() + " --stats " + stats.string()).code, 0);
+    ASSERT_EQ(run("viewer " + map + " --output " + (test_folder() / "s.png").string() + " --stats " +
+                  stats.string())
+                  .code,
+              0);
     const auto json = nlohmann::json::parse(read_text(stats));
-    for (const char* key : {"frame_seconds", "primary_rays", "cells", "packed_bytes", "load_seconds", "peak_rss_bytes", "threads"})
+    for (const char* key : {"frame_seconds", "primary_rays", "cells", "packed_bytes", "load_seconds",
+                            "peak_rss_bytes", "threads"})
         EXPECT_TRUE(json.contains(key)) << key;
 }
 
 TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
     expect_failure("bake run /nowhere/scene.toml", 1, {"/nowhere/scene.toml"});
-    expect_failure("bake run " + description("no_geometry", "", "nowhere.obj"), 1, {"nowhere.obj", "geometry"});
+    expect_failure("bake run " + description("no_geometry", "", "nowhere.obj"), 1,
+                   {"nowhere.obj", "geometry"});
     std::ofstream(test_folder() / "broken.glb") << "no glTF at all";
-    expect_failure("bake run " + description("broken", "", (test_folder() / "broken.glb").string()), 1, {"broken.glb"});
-    expect_failure("bake run " + description("unknown", "[extra]\n"), 1, {"unknown.toml", "extra", "unknown"});
-    expect_failure("bake run " + description("range", "", kCornell, "cells = -3"), 1, {"range.toml", "cells", "1 to 4096"});
-    expect_failure("bake run " + description("type", "", kCornell, "cells = \"many\""), 1, {"type.toml", "cells", "whole number"});
-    expect_failure("bake run " + description("bounds", "", kCornell, "bounds = { min = [90,90,90], max = [91,91,91] }"), 1,
-                   {"bounds", "no surface"});
-    expect_failure("bake run " + description("fine", "", kCornell, "cell_size = 0.0001"), 1, {"[grid]", "cells"});
+    expect_failure("bake run " + description("broken", "", (test_folder() / "broken.glb").string()), 1,
+                   {"broken.glb"});
+    expect_failure("bake run " + description("unknown", "[extra]\n"), 1,
+                   {"unknown.toml", "extra", "unknown"});
+    expect_failure("bake run " + description("range", "", kCornell, "cells = -3"), 1,
+                   {"range.toml", "cells", "1 to 4096"});
+    expect_failure("bake run " + description("type", "", kCornell, "cells = \"many\""), 1,
+                   {"type.toml", "cells", "whole number"});
+    expect_failure(
+        "bake run " + description("bounds", "", kCornell, "bounds = { min = [90,90,90], max = [91,91,91] }"),
+        1, {"bounds", "no surface"});
+    expect_failure("bake run " + description("fine", "", kCornell, "cell_size = 0.0001"), 1,
+                   {"[grid]", "cells"});
     expect_failure("bake run " + description("always", "", kCornell, "cells = 8\n[bake2]"), 1, {"bake2"});
     expect_failure("bake run", 2, {"SCENE.toml"});
     expect_failure("bake fly x", 2, {});
@@ -165,11 +189,14 @@ TEST(EndToEnd, ViewerRefusesWhatItCannotShow) {
     expect_failure("viewer " + map + " --output v.bmp", 2, {".exr", ".png"});
     expect_failure("viewer " + map + " --output /nowhere/v.png", 1, {"/nowhere"});
     expect_failure("viewer " + map_path("missing") + out, 1, {"missing.vdb"});
-    expect_failure("viewer " + map + out + " --geometry " + std::string(PIM_DATA) + "/panel/panel.glb", 1, {"another geometry"});
+    expect_failure("viewer " + map + out + " --geometry " + std::string(PIM_DATA) + "/panel/panel.glb", 1,
+                   {"another geometry"});
     std::string cut = read_text(map);
     std::ofstream(map_path("cut"), std::ios::binary) << cut.substr(0, cut.size() / 2);
     expect_failure("viewer " + map_path("cut") + out, 1, {"cut.vdb"});
-    EXPECT_EQ(run("viewer " + map + out + " --light lamp=2,4,2 --gain lamp=0.5 --direct baked --view density").code, 0);
+    EXPECT_EQ(
+        run("viewer " + map + out + " --light lamp=2,4,2 --gain lamp=0.5 --direct baked --view density").code,
+        0);
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ TEST(ReadText, GivesBytesBackOrNamesTheFile) {
     EXPECT_EQ(read_text(folder / "a.txt"), text);
     write_text_atomically(folder / "empty.txt", "");
     EXPECT_EQ(read_text(folder / "empty.txt"), "");
-    EXPECT_NE(message_of<Error>([&] { read_text(folder / "missing.txt"); }).find("missing.txt"), std::string::npos);
+    EXPECT_NE(message_of<Error>([&] { read_text(folder / "missing.txt"); }).find("missing.txt"),
+              std::string::npos);
     EXPECT_THROW(read_text(folder.path()), Error);
 }
 
@@ -74,7 +75,8 @@ TEST(ContentHash, ChangesWithEveryByteAndWithOrder) {
         for (const std::string_view part : parts) h.feed(part);
         return h.hex();
     };
-    for (const auto& parts : {std::initializer_list<std::string_view>{}, {"a"}, {"b"}, {"a", "b"}, {"b", "a"}, {"ba"}})
+    for (const auto& parts :
+         {std::initializer_list<std::string_view>{}, {"a"}, {"b"}, {"a", "b"}, {"b", "a"}, {"ba"}})
         all.insert(hash(parts));
     EXPECT_EQ(all.size(), 6u);
     EXPECT_EQ(hash({"a", "b"}), hash({"a", "b"}));

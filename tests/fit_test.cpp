@@ -17,7 +17,8 @@ std::vector<Vec3> spread(const Box3& domain, int count, const SampleCount& sampl
     lamp.samples = samples;
     std::vector<std::string> inside;
     std::vector<Vec3> positions;
-    for (const LightSample& s : light_samples(lamp, 0, Solids({}, {}), inside)) positions.push_back(s.position);
+    for (const LightSample& s : light_samples(lamp, 0, Solids({}, {}), inside))
+        positions.push_back(s.position);
     EXPECT_EQ(int(positions.size()), count);
     return positions;
 }
@@ -28,7 +29,8 @@ std::vector<double> random_cubics(std::size_t patches, const std::vector<int>& t
     std::vector<double> a(patches * kTermCount * 3, 0.0);
     for (std::size_t p = 0; p < patches; ++p)
         for (const int t : terms)
-            for (std::size_t c = 0; c < 3; ++c) a[(p * kTermCount + std::size_t(t)) * 3 + c] = 2 * random.next() - 1;
+            for (std::size_t c = 0; c < 3; ++c)
+                a[(p * kTermCount + std::size_t(t)) * 3 + c] = 2 * random.next() - 1;
     return a;
 }
 
@@ -38,14 +40,16 @@ VolumeReader volumes_of(const std::vector<double>& a, const MapBox& box, const s
         std::vector<float> values(a.size() / kTermCount);
         for (std::size_t i = 0; i < values.size(); ++i) {
             double sum = 0;
-            for (std::size_t t = 0; t < kTermCount; ++t) sum += a[(i / 3 * kTermCount + t) * 3 + i % 3] * m[t];
+            for (std::size_t t = 0; t < kTermCount; ++t)
+                sum += a[(i / 3 * kTermCount + t) * 3 + i % 3] * m[t];
             values[i] = float(sum);
         }
         return values;
     };
 }
 
-void expect_cubics_back(const Box3& domain, int count, const SampleCount& samples, const std::vector<int>& terms) {
+void expect_cubics_back(const Box3& domain, int count, const SampleCount& samples,
+                        const std::vector<int>& terms) {
     constexpr std::size_t kPatches = 5;
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, count, samples);
@@ -53,8 +57,9 @@ void expect_cubics_back(const Box3& domain, int count, const SampleCount& sample
     const BoxFit fit = fit_box(box, positions, 3, kPatches, volumes_of(a, box, positions), {});
     ASSERT_EQ(fit.statistics.rank, int(terms.size()));
     ASSERT_EQ(fit.polynomials.terms, terms);
-    // Densities are rounded to float: each up to 20 · 2^-25. What a coefficient makes of that: at most times the
-    // condition number times 4 sqrt(terms) for the change from Chebyshev products; then it is rounded to float itself.
+    // Densities are rounded to float: each up to 20 · 2^-25. What a coefficient makes of that: at most times
+    // the condition number times 4 sqrt(terms) for the change from Chebyshev products; then it is rounded to
+    // float itself.
     const double rounding = 20 * 0x1p-25 * fit.statistics.condition_number * 4 * std::sqrt(20) + 0x1p-24;
     for (std::size_t p = 0; p < kPatches; ++p) {
         for (std::size_t t = 0; t < terms.size(); ++t)
@@ -93,13 +98,14 @@ TEST(FitBox, TooFewPositionsStillFitWhatTheyHold) {
     const MapBox box = split_domain(domain, Index3(1))[0];
     for (const Index3& grid : {Index3(13, 7, 2), Index3(8, 4, 3), Index3(2)}) {
         const auto positions = spread(domain, grid.x * grid.y * grid.z, grid);
-        const auto a = random_cubics(2, terms_of(1, kAll));   // linear: every such grid determines it
+        const auto a = random_cubics(2, terms_of(1, kAll));  // linear: every such grid determines it
         const BoxFit fit = fit_box(box, positions, 3, 2, volumes_of(a, box, positions), {});
         EXPECT_EQ(fit.statistics.rank, grid.x == 13 ? 16 : grid.x == 8 ? 19 : 8);
         for (std::size_t p = 0; p < 2; ++p) {
-            EXPECT_LT(fit.polynomials.residuals[p], 1e-5);   // roundings, as above
+            EXPECT_LT(fit.polynomials.residuals[p], 1e-5);  // roundings, as above
             for (std::size_t t = 0; t < kTermCount; ++t)
-                EXPECT_NEAR(fit.polynomials.coefficients[(p * kTermCount + t) * 3], a[(p * kTermCount + t) * 3], 1e-5);
+                EXPECT_NEAR(fit.polynomials.coefficients[(p * kTermCount + t) * 3],
+                            a[(p * kTermCount + t) * 3], 1e-5);
         }
     }
 }
@@ -154,7 +160,8 @@ Neighbourhoods one_neighbourhood(std::size_t patches) {
 double movement(const Polynomials& p) {
     double sum = 0;
     for (std::size_t i = 0; i < p.coefficients.size(); ++i)
-        if (p.terms[i / 3 % p.terms.size()] != kConstantTerm) sum += double(p.coefficients[i]) * p.coefficients[i];
+        if (p.terms[i / 3 % p.terms.size()] != kConstantTerm)
+            sum += double(p.coefficients[i]) * p.coefficients[i];
     return sum;
 }
 
@@ -167,7 +174,8 @@ TEST(FitBox, PureNoiseIsShrunk) {
     const auto positions = spread(domain, 100, 100);
     const auto noise = [](std::size_t sample) { return gaussian(3 * kPatches, sample); };
     const double plain = movement(fit_box(box, positions, 3, kPatches, noise, {}).polynomials);
-    const double shrunk = movement(fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(kPatches)).polynomials);
+    const double shrunk =
+        movement(fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(kPatches)).polynomials);
     EXPECT_LT(shrunk, 0.45 * 0.45 * plain);
 }
 
@@ -187,15 +195,15 @@ TEST(FitBox, SignalIsKept) {
     };
     const BoxFit plain = fit_box(box, positions, 3, kPatches, noisy, {});
     const BoxFit shrunk = fit_box(box, positions, 3, kPatches, noisy, one_neighbourhood(kPatches));
-    // Per orthonormal term the signal's power is at least M/100 of the coefficients' 1/3: the factor differs from 1
-    // by less than 1e-4 · 300 / M = 3e-4.
+    // Per orthonormal term the signal's power is at least M/100 of the coefficients' 1/3: the factor differs
+    // from 1 by less than 1e-4 · 300 / M = 3e-4.
     for (std::size_t i = 0; i < plain.polynomials.coefficients.size(); ++i)
         EXPECT_NEAR(shrunk.polynomials.coefficients[i], plain.polynomials.coefficients[i],
-                    3e-4 * 20);   // twenty products make one monomial's coefficient
+                    3e-4 * 20);  // twenty products make one monomial's coefficient
 }
 
 TEST(FitBox, SameBytesAtAnyThreadCount) {
-    constexpr std::size_t kPatches = 3000;   // several blocks of rows
+    constexpr std::size_t kPatches = 3000;  // several blocks of rows
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, 70, 70);

@@ -21,7 +21,8 @@ Scene triangle_soup(int triangles, uint64_t seed, bool smooth = false) {
     RandomStream random(seed, RandomPurpose::evaluation, 0, 0);
     for (int i = 0; i < triangles; ++i) {
         const Vec3 a = random_vector(random), size = random_vector(random);
-        add_triangle(scene, a, a + (random_vector(random) - Vec3(0.5f)) * size, a + (random_vector(random) - Vec3(0.5f)) * size);
+        add_triangle(scene, a, a + (random_vector(random) - Vec3(0.5f)) * size,
+                     a + (random_vector(random) - Vec3(0.5f)) * size);
     }
     for (Vec3& n : scene.geometry.normals)
         if (smooth) n = sample_sphere(random.next(), 0.3f);
@@ -68,7 +69,8 @@ TEST(Fragments, SurfaceBeyondTheBoundsIsLeftOut) {
     scene.grid.bounds = Box3(Vec3(-0.3f, -0.5f, -0.4f), Vec3(0.5f, 0.5f, 0.4f));
     scene.grid.resolution = CellSize{0.1};
     const double bounds = 2 * 0.8 * 0.8;
-    EXPECT_NEAR(sum_of_areas(cut(scene)), bounds, 4 * kAreaRounding * bounds);   // bounds are floats themselves
+    EXPECT_NEAR(sum_of_areas(cut(scene)), bounds,
+                4 * kAreaRounding * bounds);  // bounds are floats themselves
 }
 
 TEST(Fragments, FacingsShareTheArea) {
@@ -77,7 +79,7 @@ TEST(Fragments, FacingsShareTheArea) {
         for (const Fragment& f : cut(scene)) {
             double sum = 0;
             for (const float a : f.facing_area) sum += a;
-            EXPECT_NEAR(sum, f.area, 40 * kAreaRounding * f.area);   // some dozen float additions
+            EXPECT_NEAR(sum, f.area, 40 * kAreaRounding * f.area);  // some dozen float additions
         }
     }
 }
@@ -90,7 +92,8 @@ TEST(Fragments, FacingsOfASphereAreEqual) {
     std::array<double, kFacingCount> sums{};
     for (const Fragment& f : cut(scene))
         for (int k = 0; k < kFacingCount; ++k) sums[k] += f.facing_area[k];
-    // Icospheres are symmetric under exchange of the axes' ends; between the axes up to their edges' size squared.
+    // Icospheres are symmetric under exchange of the axes' ends; between the axes up to their edges' size
+    // squared.
     for (const double s : sums) EXPECT_NEAR(s, 2 * total_area(scene.geometry) / 6, 0.01 * s);
 }
 
@@ -110,7 +113,8 @@ TEST(Fragments, CentresLieInTheirFineCells) {
         const int in = f.key.place >> 1;
         const Vec3d low = grid.corner(cell) + Vec3d(in / 16, in / 4 % 4, in % 4) * fine;
         for (int axis = 0; axis < 3; ++axis) {
-            EXPECT_GE(f.centre[axis], low[axis] - 1e-2 * grid.cell_size);   // flat triangles may be tied so far away
+            EXPECT_GE(f.centre[axis],
+                      low[axis] - 1e-2 * grid.cell_size);  // flat triangles may be tied so far away
             EXPECT_LE(f.centre[axis], low[axis] + fine + 1e-2 * grid.cell_size);
         }
     }
@@ -144,11 +148,13 @@ std::set<Cell> cells_met(const Scene& scene, const CellGrid& grid, double growth
     return cells;
 }
 
-bool includes(const std::set<Cell>& all, const std::set<Cell>& some) { return std::ranges::includes(all, some); }
+bool includes(const std::set<Cell>& all, const std::set<Cell>& some) {
+    return std::ranges::includes(all, some);
+}
 
-// The closed box of a cell also meets triangles that only touch it at its border. So the cells with fragments are
-// exactly those that the exact test finds, but for cells that are merely touched: with boxes made smaller by rounding
-// the exact test must find no more of them, with boxes made larger no fewer.
+// The closed box of a cell also meets triangles that only touch it at its border. So the cells with fragments
+// are exactly those that the exact test finds, but for cells that are merely touched: with boxes made smaller
+// by rounding the exact test must find no more of them, with boxes made larger no fewer.
 TEST(Fragments, CellsAreThoseThatAnExactTestFinds) {
     for (const uint64_t seed : {7u, 8u}) {
         const Scene scene = triangle_soup(150, seed);
@@ -160,11 +166,11 @@ TEST(Fragments, CellsAreThoseThatAnExactTestFinds) {
     }
 }
 
-// Flat walls on borders belong to the cells in front of each side: no others than the exact test's, and none of the
-// cells in whose inside there is surface is missing.
+// Flat walls on borders belong to the cells in front of each side: no others than the exact test's, and none
+// of the cells in whose inside there is surface is missing.
 TEST(Fragments, CellsOfARoomWithWallsOnBorders) {
     Scene scene = room(Rgb(0.5f), {1, 0.75f, 0.5f});
-    add_quad(scene, {0.25f, 0.5f, 0.1f}, {0, 0, 0.3f}, {0.4f, 0, 0});   // a board on a border between cells
+    add_quad(scene, {0.25f, 0.5f, 0.1f}, {0, 0, 0.3f}, {0.4f, 0, 0});  // a board on a border between cells
     scene.grid.resolution = CellSize{0.25};
     const CellGrid grid = make_grid(scene);
     const auto cells = cells_with_fragments(grid, cut(scene));

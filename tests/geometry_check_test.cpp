@@ -19,23 +19,24 @@ TEST(Mend, LeavesCleanGeometryAlone) {
 TEST(Mend, CountsAndRemoves) {
     Scene scene = empty_scene();
     scene.materials.push_back(diffuse_material(Rgb(0.1f)));
-    add_triangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1);                     // kept
-    add_triangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});                        // the same again
-    add_triangle(scene, {0, 1, 0}, {1, 0, 0}, {0, 0, -0.0f});                    // and the other way round
-    add_triangle(scene, {0, 0, 0}, {1, 1, 1}, {2, 2, 2});                        // on a line
-    add_triangle(scene, {5, 5, 5}, {5, 5, 5}, {6, 6, 7});                        // two corners alike
+    add_triangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1);   // kept
+    add_triangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});      // the same again
+    add_triangle(scene, {0, 1, 0}, {1, 0, 0}, {0, 0, -0.0f});  // and the other way round
+    add_triangle(scene, {0, 0, 0}, {1, 1, 1}, {2, 2, 2});      // on a line
+    add_triangle(scene, {5, 5, 5}, {5, 5, 5}, {6, 6, 7});      // two corners alike
     add_triangle(scene, {0, 0, std::nanf("")}, {1, 0, 0}, {0, 1, 0});
     add_triangle(scene, {0, 0, INFINITY}, {1, 0, 0}, {0, 1, 0});
-    add_triangle(scene, {0, 0, 1}, {1, 0, 1}, {0, 1, 1});                        // kept
+    add_triangle(scene, {0, 0, 1}, {1, 0, 1}, {0, 1, 1});  // kept
     add_vertex(scene, {7, 7, 7});
-    scene.geometry.texture_coordinates[21] = {0.25f, 0.75f};   // first corner of the last triangle
+    scene.geometry.texture_coordinates[21] = {0.25f, 0.75f};  // first corner of the last triangle
     scene.geometry.normals[21] = {0, 0, 1};
     const Mended mended = mend(scene.geometry);
     EXPECT_EQ(mended.duplicate, 2u);
     EXPECT_EQ(mended.degenerate, 2u);
     EXPECT_EQ(mended.non_finite, 2u);
     EXPECT_EQ(mended.unreferenced, 6u * 3 + 1);
-    for (const char* number : {"2 triangles with a vertex", "2 triangles without area", "2 duplicate", "19 unreferenced"})
+    for (const char* number :
+         {"2 triangles with a vertex", "2 triangles without area", "2 duplicate", "19 unreferenced"})
         EXPECT_NE(mended.text().find(number), std::string::npos) << mended.text();
     const Geometry& g = scene.geometry;
     ASSERT_EQ(g.triangles.size(), 2u);
@@ -44,7 +45,7 @@ TEST(Mend, CountsAndRemoves) {
     EXPECT_EQ(g.corners(1)[1], Vec3(1, 0, 1));
     EXPECT_EQ(g.texture_coordinates[g.triangles[1].vertices[0]], Vec2(0.25f, 0.75f));
     EXPECT_EQ(g.normals[g.triangles[1].vertices[0]], Vec3(0, 0, 1));
-    EXPECT_EQ(mend(scene.geometry).text(), "");   // once is enough
+    EXPECT_EQ(mend(scene.geometry).text(), "");  // once is enough
 }
 
 // --- solids ---
@@ -59,7 +60,7 @@ Scene furnished_room() {
 TEST(Solids, ALampInsideAClosedBoxIsFound) {
     const Solids solids(furnished_room().geometry, {});
     EXPECT_EQ(solids.containing({1.5f, 1, 1.5f}), "cupboard");
-    EXPECT_EQ(solids.containing({3, 1, 3}), "");        // in the room, which encloses the cupboard
+    EXPECT_EQ(solids.containing({3, 1, 3}), "");  // in the room, which encloses the cupboard
     EXPECT_EQ(solids.containing({9, 9, 9}), "");
     EXPECT_EQ(solids.containing({1.01f, 0.51f, 1.01f}), "cupboard");
     EXPECT_EQ(solids.containing({0.99f, 0.51f, 1.01f}), "");
@@ -93,12 +94,14 @@ TEST(Solids, OpenObjectsHoldNothing) {
 
 TEST(TriangleMeetsBox, ClosedOnBothSides) {
     const Box3d box(Vec3d(0), Vec3d(1));
-    const auto meets = [&](const Vec3& a, const Vec3& b, const Vec3& c) { return triangle_meets_box({a, b, c}, box); };
-    EXPECT_TRUE(meets({0.2f, 0.2f, 0.2f}, {0.3f, 0.2f, 0.2f}, {0.2f, 0.3f, 0.2f}));    // inside
-    EXPECT_TRUE(meets({-9, -9, 0.5f}, {9, -9, 0.5f}, {0, 20, 0.5f}));                  // all corners outside
-    EXPECT_TRUE(meets({1, 1, 1}, {2, 1, 1}, {1, 2, 1}));                               // touches a corner
+    const auto meets = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+        return triangle_meets_box({a, b, c}, box);
+    };
+    EXPECT_TRUE(meets({0.2f, 0.2f, 0.2f}, {0.3f, 0.2f, 0.2f}, {0.2f, 0.3f, 0.2f}));  // inside
+    EXPECT_TRUE(meets({-9, -9, 0.5f}, {9, -9, 0.5f}, {0, 20, 0.5f}));                // all corners outside
+    EXPECT_TRUE(meets({1, 1, 1}, {2, 1, 1}, {1, 2, 1}));                             // touches a corner
     EXPECT_FALSE(meets({1.0001f, 0, 0}, {2, 0, 0}, {2, 1, 0}));
-    EXPECT_FALSE(meets({2.1f, 0, 0}, {0, 2.1f, 0}, {2.1f, 2.1f, 0}));                  // boxes overlap, they do not
+    EXPECT_FALSE(meets({2.1f, 0, 0}, {0, 2.1f, 0}, {2.1f, 2.1f, 0}));  // boxes overlap, they do not
 }
 
 }  // namespace

@@ -7,12 +7,12 @@
 namespace pim {
 namespace {
 
-constexpr float kRounding = 1e-6f;   // some ten float roundings of unit vectors
+constexpr float kRounding = 1e-6f;  // some ten float roundings of unit vectors
 
 TEST(Area, OfKnownTriangles) {
     EXPECT_DOUBLE_EQ(area({Vec3(0), Vec3(3, 0, 0), Vec3(0, 4, 0)}), 6);
     EXPECT_DOUBLE_EQ(area({Vec3(1), Vec3(1), Vec3(2)}), 0);
-    const float s = 1e-10f;   // products of tiny edges do not vanish
+    const float s = 1e-10f;  // products of tiny edges do not vanish
     EXPECT_NEAR(area({Vec3(0), Vec3(s, 0, 0), Vec3(0, s, 0)}) / (0.5 * double(s) * s), 1, 1e-12);
 }
 
@@ -27,7 +27,7 @@ TEST(GeometricNormal, LooksWhereCornersTurnCounterClockwise) {
 
 TEST(Bounds, OfTrianglesOnly) {
     Scene scene = plane_under_lamp(2, 1);
-    add_vertex(scene, Vec3(100));   // of no triangle
+    add_vertex(scene, Vec3(100));  // of no triangle
     EXPECT_EQ(bounds(scene.geometry).min, Vec3(-1, 0, -1));
     EXPECT_EQ(bounds(scene.geometry).max, Vec3(1, 0, 1));
 }
@@ -69,10 +69,10 @@ TEST(ShadingNormal, InterpolatesBetweenCorners) {
 
 TEST(ShadingNormal, StaysOnTheSideThatTheRayMet) {
     Scene scene = plane_under_lamp(2, 1);
-    for (Vec3& n : scene.geometry.normals) n = Vec3(0.6f, -0.8f, 0);   // against the winding
+    for (Vec3& n : scene.geometry.normals) n = Vec3(0.6f, -0.8f, 0);  // against the winding
     EXPECT_GT(shading_normal(scene.geometry, 0, Side::front, 0.2f, 0.2f).y, 0);
     EXPECT_LT(shading_normal(scene.geometry, 0, Side::back, 0.2f, 0.2f).y, 0);
-    for (std::size_t i = 0; i < scene.geometry.normals.size(); ++i)   // opposite ones cancel: flat
+    for (std::size_t i = 0; i < scene.geometry.normals.size(); ++i)  // opposite ones cancel: flat
         scene.geometry.normals[i] = Vec3(i % 2 ? 1.0f : -1.0f, 0, 0);
     EXPECT_EQ(shading_normal(scene.geometry, 0, Side::front, 0.5f, 0), Vec3(0, 1, 0));
 }

@@ -22,7 +22,7 @@ Image test_image() {
 TEST(Srgb, ValuesOfTheStandard) {
     EXPECT_EQ(srgb_encode(0), 0);
     EXPECT_NEAR(srgb_encode(1), 1, 1e-6);
-    EXPECT_NEAR(srgb_encode(0.214041f), 0.5, 1e-5);       // mid grey of IEC 61966-2-1
+    EXPECT_NEAR(srgb_encode(0.214041f), 0.5, 1e-5);  // mid grey of IEC 61966-2-1
     EXPECT_NEAR(srgb_encode(0.002f), 0.002 * 12.92, 1e-7);
     EXPECT_EQ(srgb_encode(-1), 0);
     EXPECT_NEAR(srgb_encode(7), 1, 1e-6);
@@ -32,7 +32,7 @@ TEST(Srgb, ValuesOfTheStandard) {
 TEST(Srgb, DecodingUndoesEncoding) {
     for (int i = 0; i <= 1000; ++i) {
         const float x = float(i) / 1000;
-        EXPECT_NEAR(srgb_decode(srgb_encode(x)), x, 2e-6);   // roundings of two powers
+        EXPECT_NEAR(srgb_decode(srgb_encode(x)), x, 2e-6);  // roundings of two powers
     }
 }
 
@@ -40,7 +40,7 @@ TEST(WriteImage, ExrKeepsEveryBit) {
     const TemporaryFolder folder;
     Image image = test_image();
     image.at(2, 1) = {1e30f, 1e-30f, -2.5f};
-    write_image(folder / "a.exr", image, 8);   // exposure does not touch it
+    write_image(folder / "a.exr", image, 8);  // exposure does not touch it
     const Image back = read_image(folder / "a.exr");
     ASSERT_EQ(back.width, 5);
     ASSERT_EQ(back.height, 3);
@@ -54,7 +54,8 @@ TEST(WriteImage, PngRoundsToOneOf256) {
     const Image back = read_image(folder / "a.png");
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            EXPECT_NEAR(srgb_encode(back.pixels[i][c]), srgb_encode(0.5f * image.pixels[i][c]), 0.5 / 255 + 1e-5);
+            EXPECT_NEAR(srgb_encode(back.pixels[i][c]), srgb_encode(0.5f * image.pixels[i][c]),
+                        0.5 / 255 + 1e-5);
 }
 
 TEST(WriteImage, SameImageSameBytes) {
@@ -62,7 +63,7 @@ TEST(WriteImage, SameImageSameBytes) {
     for (const char* name : {"a.exr", "a.png"}) {
         write_image(folder / name, test_image(), 1);
         const std::string first = bytes_of(folder / name);
-        std::this_thread::sleep_for(std::chrono::milliseconds(1100));   // a time stamp would differ now
+        std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // a time stamp would differ now
         write_image(folder / name, test_image(), 1);
         EXPECT_EQ(bytes_of(folder / name), first) << name;
     }
@@ -84,8 +85,10 @@ TEST(ReadImage, FromMemoryIsTheSame) {
 TEST(ReadImage, NamesWhatItCannotRead) {
     const TemporaryFolder folder;
     folder.write("broken.png", "no picture");
-    EXPECT_NE(message_of<Error>([&] { read_image(folder / "broken.png"); }).find("broken.png"), std::string::npos);
-    EXPECT_NE(message_of<Error>([&] { read_image("no picture", 10, "memory"); }).find("memory"), std::string::npos);
+    EXPECT_NE(message_of<Error>([&] { read_image(folder / "broken.png"); }).find("broken.png"),
+              std::string::npos);
+    EXPECT_NE(message_of<Error>([&] { read_image("no picture", 10, "memory"); }).find("memory"),
+              std::string::npos);
     EXPECT_THROW(read_image(folder / "missing.png"), Error);
 }
 
@@ -102,9 +105,9 @@ TEST(ReadImage, ATruncatedPictureIsAnError) {
 TEST(AutomaticExposure, BringsTheBrightPixelsBelowWhite) {
     Image image(100, 1);
     for (int i = 0; i < 100; ++i) image.at(i, 0) = Rgb(float(i + 1));
-    EXPECT_NEAR(automatic_exposure(image) * 98, 0.9, 0.9 / 98);   // the percentile's own grain: one pixel
+    EXPECT_NEAR(automatic_exposure(image) * 98, 0.9, 0.9 / 98);  // the percentile's own grain: one pixel
     EXPECT_EQ(automatic_exposure(Image(4, 4)), 1);
-    image.at(99, 0) = Rgb(1e30f);   // an outlier changes nothing
+    image.at(99, 0) = Rgb(1e30f);  // an outlier changes nothing
     EXPECT_NEAR(automatic_exposure(image) * 98, 0.9, 0.9 / 98);
 }
 

@@ -8,7 +8,7 @@
 namespace pim {
 namespace {
 
-constexpr float kRounding = 1e-5f;   // some dozen float roundings of numbers near 10
+constexpr float kRounding = 1e-5f;  // some dozen float roundings of numbers near 10
 
 // A floor of cells of size 1 at height 0.5, whole or in part; values are a linear function of the place.
 struct FloorMap {
@@ -28,12 +28,14 @@ struct FloorMap {
             }
         map.index = PatchIndex(map.grid, map.patches);
     }
-    Rgb at(const Vec3& position, const Vec3& normal = Vec3(0, 1, 0)) const { return irradiance_at(map, values, position, normal); }
+    Rgb at(const Vec3& position, const Vec3& normal = Vec3(0, 1, 0)) const {
+        return irradiance_at(map, values, position, normal);
+    }
 };
 
 bool everywhere(int, int) { return true; }
 
-TEST(IrradianceAt, LinearFieldsComeBack) {   // trilinear weights of equal areas
+TEST(IrradianceAt, LinearFieldsComeBack) {  // trilinear weights of equal areas
     const FloorMap floor(everywhere);
     for (const Vec3& p : {Vec3(2.5f, 1.5f, 3.5f), Vec3(3.1f, 1.5f, 4.9f), Vec3(6, 1.5f, 1)})
         EXPECT_NEAR((floor.at(p) - FloorMap::value_at(p.x, p.z)).length(), 0, kRounding);
@@ -42,7 +44,8 @@ TEST(IrradianceAt, LinearFieldsComeBack) {   // trilinear weights of equal areas
 TEST(IrradianceAt, IsContinuous) {
     const FloorMap floor([](int x, int z) { return (x + z) % 3 != 0; });
     Rgb before = floor.at({0.5f, 1.5f, 0.7f});
-    for (int i = 1; i < 7000; ++i) {   // slopes stay below the largest difference of neighbours over half a cell
+    for (int i = 1; i < 7000;
+         ++i) {  // slopes stay below the largest difference of neighbours over half a cell
         const float x = 0.5f + 1e-3f * float(i);
         const Rgb now = floor.at({x, 1.5f, 0.7f + 0.5f * float(i) * 1e-3f});
         ASSERT_NEAR(now.x, before.x, 2e-2f) << x;
@@ -53,7 +56,7 @@ TEST(IrradianceAt, IsContinuous) {
 TEST(IrradianceAt, CellsWithoutSurfaceNeverCount) {
     const FloorMap floor([](int x, int) { return x < 4; });
     EXPECT_NEAR(floor.at({4.2f, 1.5f, 2.5f}).x, FloorMap::value_at(3.5, 2.5).x, kRounding);
-    EXPECT_EQ(floor.at({6.5f, 1.5f, 2.5f}), Rgb(0));   // no surface near
+    EXPECT_EQ(floor.at({6.5f, 1.5f, 2.5f}), Rgb(0));  // no surface near
 }
 
 TEST(IrradianceAt, OtherFacingsDoNotMix) {
@@ -82,7 +85,7 @@ TEST(IrradianceAt, LargerPatchesWeighMore) {
 TEST(CheckInDomain, NamesLampAndDomain) {
     const Box3 domain(Vec3(0), Vec3(1, 2, 3));
     check_in_domain("lamp", domain, {1, 2, 3}, Vec3d(0));
-    check_in_domain("lamp", domain, {1.000001f, 0, 0}, Vec3d(0));   // rounding
+    check_in_domain("lamp", domain, {1.000001f, 0, 0}, Vec3d(0));  // rounding
     try {
         check_in_domain("reading lamp", domain, {1.5f, 0, 0}, Vec3d(100, 0, 0));
         FAIL();
@@ -114,7 +117,8 @@ IlluminationMap constant_map(const std::vector<float>& constants) {
 }
 
 TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
-    const auto values = patch_irradiance(constant_map({2, -1}), Component::indirect, {{Vec3(0), Rgb(1, 2, 3)}});
+    const auto values =
+        patch_irradiance(constant_map({2, -1}), Component::indirect, {{Vec3(0), Rgb(1, 2, 3)}});
     EXPECT_EQ(values[0], Rgb(2, 4, 6));
     EXPECT_EQ(values[1], Rgb(0));
 }

@@ -40,13 +40,14 @@ MatrixXd grid_design(int nx, int ny, int nz) {
         for (int y = 0; y < ny; ++y)
             for (int z = 0; z < nz; ++z, ++row) {
                 const auto products = chebyshev_products({place(x, nx), place(y, ny), place(z, nz)});
-                for (int t = 0; t < kTermCount; ++t) design(row, kTermCount - 1 - t) = products[std::size_t(t)];
+                for (int t = 0; t < kTermCount; ++t)
+                    design(row, kTermCount - 1 - t) = products[std::size_t(t)];
             }
     return design;
 }
 
-// Errors of both solutions are some 30 columns × condition number × epsilon of the solution's size; no more than twice
-// that between them.
+// Errors of both solutions are some 30 columns × condition number × epsilon of the solution's size; no more
+// than twice that between them.
 TEST(LeastSquares, AgreesWithEigensQr) {
     const MatrixXd a = random_matrix(60, 20);
     const VectorXd y = random_matrix(60, 21).col(20);
@@ -62,7 +63,7 @@ TEST(LeastSquares, ConditionNumberOfScaledColumns) {
     a.col(2) *= 1e6;
     EXPECT_NEAR(factorise(a, in_order(5)).condition_number, before, 1e-9 * before);
     EXPECT_NEAR(factorise(MatrixXd::Identity(7, 4), in_order(4)).condition_number, 1, 1e-12);
-    MatrixXd two(2, 2);   // unit vectors at an angle: condition number cot(angle / 2)
+    MatrixXd two(2, 2);  // unit vectors at an angle: condition number cot(angle / 2)
     const double angle = 0.01;
     two << 1, std::cos(angle), 0, std::sin(angle);
     EXPECT_NEAR(factorise(two, in_order(2)).condition_number, 1 / std::tan(angle / 2), 1e-6);
@@ -75,7 +76,7 @@ TEST(LeastSquares, QIsOrthonormalAndSpansTheColumns) {
     EXPECT_LT((ls.q * (ls.q.transpose() * a) - a).norm(), 100 * kEpsilon * a.norm());
 }
 
-TEST(LeastSquares, ExactSolutionsComeBack) {   // Wampler 1 of NIST: all coefficients 1, degree 5, x = 0 .. 20
+TEST(LeastSquares, ExactSolutionsComeBack) {  // Wampler 1 of NIST: all coefficients 1, degree 5, x = 0 .. 20
     MatrixXd a(21, 6);
     for (int i = 0; i < 21; ++i)
         for (int j = 0; j < 6; ++j) a(i, j) = std::pow(i, j);
@@ -101,7 +102,7 @@ TEST(LeastSquares, DroppedColumnsGetNothing) {
     const VectorXd y = a * VectorXd::LinSpaced(5, 1, 5);
     const VectorXd x = solve(ls, y);
     EXPECT_EQ(x(3), 0);
-    EXPECT_LT((a * x - y).norm(), 1000 * kEpsilon * y.norm());   // still the best fit
+    EXPECT_LT((a * x - y).norm(), 1000 * kEpsilon * y.norm());  // still the best fit
 }
 
 TEST(LeastSquares, OrderSaysWhatSurvives) {

@@ -8,11 +8,12 @@
 namespace pim {
 namespace {
 
-// A floor, a mirror standing on its edge, a point lamp: by way of the mirror the floor is lit by the lamp's image.
+// A floor, a mirror standing on its edge, a point lamp: by way of the mirror the floor is lit by the lamp's
+// image.
 struct MirrorScene {
     Scene scene = empty_scene(Rgb(0.5f));
     Camera camera;
-    Vec3 lamp_image{3, 1, 0};   // of a lamp at x = -1 in the mirror x = 1
+    Vec3 lamp_image{3, 1, 0};  // of a lamp at x = -1 in the mirror x = 1
 
     MirrorScene() {
         add_quad(scene, {-4, 0, -4}, {0, 0, 8}, {5, 0, 0});
@@ -30,10 +31,12 @@ struct MirrorScene {
         const CameraRays rays(camera, camera.size);
         double sum = 0;
         for (int i = 0; i < 64; ++i) {
-            const Ray ray = rays.through(float(x) + (float(i % 8) + 0.5f) / 8, float(y) + (float(i / 8) + 0.5f) / 8);
+            const Ray ray =
+                rays.through(float(x) + (float(i % 8) + 0.5f) / 8, float(y) + (float(i / 8) + 0.5f) / 8);
             const Vec3 p = ray.origin + ray.direction * (-ray.origin.y / ray.direction.y);
             const Vec3 path = lamp_image - p;
-            sum += 0.5 / double(kPi) * 0.8 * 100 * (path.y / path.length()) / (4 * double(kPi) * path.length2()) / 64;
+            sum += 0.5 / double(kPi) * 0.8 * 100 * (path.y / path.length()) /
+                   (4 * double(kPi) * path.length2()) / 64;
         }
         return sum;
     }
@@ -45,7 +48,8 @@ TEST(LightImage, FloorIsLitByTheLampsMirrorImage) {
     const PathScene paths{m.scene, caster, {{m.scene.lights[0].position, m.scene.lights[0].power}}};
     constexpr int kImages = 16;
     std::vector<Image> images;
-    for (int i = 0; i < kImages; ++i) images.push_back(light_image(paths, m.camera, m.camera.size, 1000000, 1, uint32_t(i)));
+    for (int i = 0; i < kImages; ++i)
+        images.push_back(light_image(paths, m.camera, m.camera.size, 1000000, 1, uint32_t(i)));
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) {
             double mean = 0, squares = 0;

@@ -36,7 +36,8 @@ TEST(LightSamples, StayInTheDomainAndAreNumbered) {
 }
 
 TEST(LightSamples, AShorterListIsTheStartOfALongerOne) {
-    const auto few = samples_of(roaming(kDomain, 30, {2, 1, 1})), many = samples_of(roaming(kDomain, 100, {2, 1, 1}));
+    const auto few = samples_of(roaming(kDomain, 30, {2, 1, 1})),
+               many = samples_of(roaming(kDomain, 100, {2, 1, 1}));
     for (std::size_t i = 0; i < few.size(); ++i) EXPECT_EQ(few[i].position, many[i].position);
 }
 
@@ -45,7 +46,7 @@ TEST(LightSamples, BoxesGetTheirShare) {
     std::vector<int> counts(4);
     for (const LightSample& s : samples_of(roaming(kDomain, 100, {2, 1, 2})))
         for (std::size_t b = 0; b < 4; ++b) counts[b] += boxes[b].contains(Vec3d(s.position));
-    for (const int n : counts) EXPECT_GE(n, 25);   // its own, and neighbours' in the overlap
+    for (const int n : counts) EXPECT_GE(n, 25);  // its own, and neighbours' in the overlap
 }
 
 // Arcsine density: the share of positions in |u| < 1/2 is 1/3 on each axis, to the discrepancy of log(n)/n.
@@ -54,7 +55,8 @@ TEST(LightSamples, HaveArcsineDensity) {
     constexpr int kCount = 3000;
     std::array<int, 3> middle{};
     for (const LightSample& s : samples_of(roaming(kDomain, kCount)))
-        for (int axis = 0; axis < 3; ++axis) middle[std::size_t(axis)] += std::abs(box.normalised(Vec3d(s.position))[axis]) < 0.5;
+        for (int axis = 0; axis < 3; ++axis)
+            middle[std::size_t(axis)] += std::abs(box.normalised(Vec3d(s.position))[axis]) < 0.5;
     for (const int n : middle) EXPECT_NEAR(n, kCount / 3.0, 4 * std::log(kCount));
 }
 
@@ -64,7 +66,8 @@ TEST(LightSamples, RegularGrids) {
     EXPECT_EQ(samples.front().position, Vec3(-1, 2.5f, 10));
     EXPECT_EQ(samples.back().position, Vec3(3, 2.5f, 16));
     EXPECT_EQ(samples[2].position, Vec3(1, 2.5f, 10));
-    EXPECT_EQ(samples_of(roaming(Box3(Vec3(0, 1, 0), Vec3(1, 1, 1)), Index3(4))).size(), 16u);   // a still axis
+    EXPECT_EQ(samples_of(roaming(Box3(Vec3(0, 1, 0), Vec3(1, 1, 1)), Index3(4))).size(),
+              16u);  // a still axis
 }
 
 TEST(LightSamples, LinesAndPoints) {
@@ -86,7 +89,8 @@ TEST(LightSamples, PositionsInsideSolidsAreLeftOutAndSaid) {
     const auto samples = light_samples(roaming(kDomain, 200), 0, solids, inside);
     EXPECT_LT(samples.size(), 200u);
     EXPECT_GT(samples.size(), 100u);
-    for (const LightSample& s : samples) EXPECT_TRUE(s.position.x <= 0 || s.position.x >= 1 || s.position.z > 20);
+    for (const LightSample& s : samples)
+        EXPECT_TRUE(s.position.x <= 0 || s.position.x >= 1 || s.position.z > 20);
     ASSERT_EQ(inside.size(), 1u);
     EXPECT_NE(inside[0].find("pillar"), std::string::npos);
     EXPECT_NE(inside[0].find(std::to_string(200 - samples.size())), std::string::npos) << inside[0];

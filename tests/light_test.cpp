@@ -12,7 +12,7 @@ const Vec3 kNormals[] = {{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, -2}, {0.3f, -0
 TEST(RectangleShape, AxesAreOrthonormal) {
     for (const Vec3& n : kNormals) {
         const RectangleShape r({2, 3}, n);
-        constexpr float kRounding = 1e-6f;   // a handful of float roundings
+        constexpr float kRounding = 1e-6f;  // a handful of float roundings
         EXPECT_NEAR((r.normal - n.normalized()).length(), 0, kRounding);
         EXPECT_NEAR(r.axes[0].length(), 1, kRounding);
         EXPECT_NEAR(r.axes[1].length(), 1, kRounding);
@@ -37,7 +37,8 @@ TEST(SampleEmission, PointLampShinesUniformly) {
         const Emission e = sample_emission(lamp, lamp.position, random);
         ASSERT_EQ(e.origin, lamp.position);
         const double turn = (std::atan2(e.direction.z, e.direction.x) + M_PI) / (2 * M_PI);
-        ++bins[std::size_t(std::min(15, int(8 * (1 + e.direction.y)))) * 16 + std::size_t(std::min(15, int(16 * turn)))];
+        ++bins[std::size_t(std::min(15, int(8 * (1 + e.direction.y)))) * 16 +
+               std::size_t(std::min(15, int(16 * turn)))];
     }
     EXPECT_LT(chi_squared(bins), chi_squared_bound(255));
 }
@@ -51,7 +52,7 @@ TEST(SampleEmission, RectangleIsUniformInPlaceAndCosineInDirection) {
         RandomStream random(1, RandomPurpose::photons, 0, i);
         const Emission e = sample_emission(lamp, {1, 2, 3}, random);
         const Vec3 offset = e.origin - Vec3(1, 2, 3);
-        ASSERT_NEAR(offset.dot(shape.normal), 0, 1e-6f);   // roundings of numbers near 3
+        ASSERT_NEAR(offset.dot(shape.normal), 0, 1e-6f);  // roundings of numbers near 3
         const float s = offset.dot(shape.axes[0]) / 2 + 0.5f, t = offset.dot(shape.axes[1]) / 0.5f + 0.5f;
         ++places[std::size_t(std::clamp(int(8 * s), 0, 7) * 8 + std::clamp(int(8 * t), 0, 7))];
         const float cosine = e.direction.dot(shape.normal);
@@ -61,7 +62,7 @@ TEST(SampleEmission, RectangleIsUniformInPlaceAndCosineInDirection) {
     }
     EXPECT_LT(chi_squared(places), chi_squared_bound(63, 3));
     EXPECT_LT(chi_squared(heights), chi_squared_bound(63, 3));
-    expect_mean(place_and_direction, 0, 0, 3);   // place and direction do not depend on each other
+    expect_mean(place_and_direction, 0, 0, 3);  // place and direction do not depend on each other
 }
 
 TEST(Intersect, OnlyTheShiningSideAndInsideTheRectangle) {
@@ -70,9 +71,9 @@ TEST(Intersect, OnlyTheShiningSideAndInsideTheRectangle) {
     const auto hit = intersect(r, centre, {0, 1, 0}, up);
     ASSERT_TRUE(hit);
     EXPECT_FLOAT_EQ(*hit, 2);
-    EXPECT_FALSE(intersect(r, centre, {0, 5, 0}, -up));               // from behind
-    EXPECT_FALSE(intersect(r, centre, {0, 1, 0}, -up));               // away from it
-    EXPECT_FALSE(intersect(r, centre, {0, 1, 0}, Vec3(1, 0, 0)));     // along it
+    EXPECT_FALSE(intersect(r, centre, {0, 5, 0}, -up));            // from behind
+    EXPECT_FALSE(intersect(r, centre, {0, 1, 0}, -up));            // away from it
+    EXPECT_FALSE(intersect(r, centre, {0, 1, 0}, Vec3(1, 0, 0)));  // along it
     for (const float sign : {-1.0f, 1.0f}) {
         const Vec3 a = r.axes[0] * sign, b = r.axes[1] * sign;
         EXPECT_TRUE(intersect(r, centre, Vec3(0, 1, 0) + a * 0.99f, up));

@@ -36,9 +36,9 @@ TEST(BoxWeights, AddToOneEverywhere) {
 
 TEST(BoxWeights, AreOneAwayFromOverlaps) {
     const auto boxes = split_domain(kDomain, {2, 1, 1});
-    EXPECT_EQ(box_weights(boxes, {-1, 2, 10})[0], 1);   // the outer corner
+    EXPECT_EQ(box_weights(boxes, {-1, 2, 10})[0], 1);  // the outer corner
     EXPECT_EQ(box_weights(boxes, {3, 3, 16})[1], 1);
-    EXPECT_NEAR(box_weights(boxes, {1, 2.5, 13})[0], 0.5, 1e-12);   // the middle belongs to both
+    EXPECT_NEAR(box_weights(boxes, {1, 2.5, 13})[0], 0.5, 1e-12);  // the middle belongs to both
 }
 
 // The overlap is kOverlap of a division, half to each side.
@@ -54,7 +54,8 @@ TEST(SplitDomain, NeighboursShareTheOverlap) {
     EXPECT_NEAR(boxes[1].centre.x + boxes[1].half.x, 3, 1e-12);
 }
 
-// C¹: halving the step of a difference quotient halves its jump from step to step at most; a kink would keep it.
+// C¹: halving the step of a difference quotient halves its jump from step to step at most; a kink would keep
+// it.
 TEST(BoxWeights, AreSmooth) {
     const auto boxes = split_domain(kDomain, {3, 1, 1});
     const auto largest_jump_of_slope = [&](double step) {
@@ -68,7 +69,7 @@ TEST(BoxWeights, AreSmooth) {
     };
     const double coarse = largest_jump_of_slope(1e-3), fine = largest_jump_of_slope(5e-4);
     EXPECT_GT(coarse, 0);
-    EXPECT_LT(fine, 0.6 * coarse);   // exactly 0.5 for a bounded second derivative, and sampling of the steps
+    EXPECT_LT(fine, 0.6 * coarse);  // exactly 0.5 for a bounded second derivative, and sampling of the steps
 }
 
 TEST(MapBox, NormalisesToTheUnitCube) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Items 9 and 11 of the list of answers known in advance, seen by the path tracer. Item 10, the furnace, needs walls
-// that emit: surfaces are no lamps here, so it cannot be expressed; the mean irradiance of closed rooms takes its
-// place, since it too must come out whatever shape, materials and lamp.
+// Items 9 and 11 of the list of answers known in advance, seen by the path tracer. Item 10, the furnace,
+// needs walls that emit: surfaces are no lamps here, so it cannot be expressed; the mean irradiance of closed
+// rooms takes its place, since it too must come out whatever shape, materials and lamp.
 #include "common/render/path_radiance.h"
 
 #include "common/core/sampling.h"
@@ -24,8 +24,8 @@ Vec3 sample_triangle(const Geometry& g, uint32_t t, float u1, float u2) {
     return c[0] * (1 - root) + c[1] * (root * (1 - u2)) + c[2] * (root * u2);
 }
 
-// Irradiance averaged over the first `triangles` of a scene's surface (fronts), gathered from the eye: pi times the
-// mean radiance that arrives with cosine density at places of uniform density.
+// Irradiance averaged over the first `triangles` of a scene's surface (fronts), gathered from the eye: pi
+// times the mean radiance that arrives with cosine density at places of uniform density.
 std::array<Mean, 3> gathered_irradiance(const Scene& scene, uint32_t triangles, int paths) {
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     const PathScene paths_in = path_scene(scene, caster, true);
@@ -58,18 +58,20 @@ TEST(PathRadiance, MeanIrradianceOfClosedRooms) {
     const double reflectance[] = {0.6, 0.6, 0.8};
     for (int c = 0; c < 3; ++c) {
         const double expected = (c + 1) / (whole * (1 - reflectance[c]));
-        expect_mean(mean[c], expected, 1e-4 * expected, 3);   // slack: rays started off the surface, lost in edges
+        expect_mean(mean[c], expected, 1e-4 * expected,
+                    3);  // slack: rays started off the surface, lost in edges
     }
 }
 
-TEST(PathRadiance, GlassLosesNothing) {   // the same with a glass ball in the room
+TEST(PathRadiance, GlassLosesNothing) {  // the same with a glass ball in the room
     Scene scene = empty_scene(Rgb(0.5f));
     add_box(scene, Vec3(0), Vec3(1), true);
     const double walls = total_area(scene.geometry);
     scene.materials.push_back(glass_material(1.5f));
     add_sphere(scene, {0.5f, 0.3f, 0.5f}, 0.25f, 3, false, false, 1);
     scene.lights.push_back(rectangle_lamp({0.5f, 0.9f, 0.5f}, {0.3f, 0.3f}, {0, -1, 0}));
-    expect_mean(gathered_irradiance(scene, 12, 400000)[0], 2 / walls, 1e-3 * 2 / walls);   // paths end after 1000 surfaces
+    expect_mean(gathered_irradiance(scene, 12, 400000)[0], 2 / walls,
+                1e-3 * 2 / walls);  // paths end after 1000 surfaces
 }
 
 // Veach's corrections make light sent and light gathered agree where shading normals are interpolated.
@@ -81,13 +83,14 @@ TEST(PathRadiance, AgreesWithPhotonsUnderSmoothNormals) {
         scene.materials.push_back(glass_material(1.5f));
         add_sphere(scene, {0.5f, 0.4f, 0.5f}, 0.3f, 1, false, true, material);
         scene.lights.push_back(rectangle_lamp({0.5f, 0.95f, 0.5f}, {0.4f, 0.4f}, {0, -1, 0}));
-        Mean sent;   // on the floor, triangles 2 and 3, of area 1
+        Mean sent;  // on the floor, triangles 2 and 3, of area 1
         double landed = 0;
         shoot(
             scene, 200000, [&](const Landing& l) { landed += l.surface.triangle / 2 == 1 ? l.flux.x : 0; },
             [&] { sent.add(std::exchange(landed, 0)); });
         Scene floor_first = scene;
-        for (int i = 0; i < 2; ++i) std::swap(floor_first.geometry.triangles[i], floor_first.geometry.triangles[i + 2]);
+        for (int i = 0; i < 2; ++i)
+            std::swap(floor_first.geometry.triangles[i], floor_first.geometry.triangles[i + 2]);
         expect_same(sent, gathered_irradiance(floor_first, 2, 200000)[0], 0, 3);
     }
 }
@@ -102,8 +105,8 @@ TEST(PathRadiance, IndirectLightOfASphere) {
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     const PathScene paths = path_scene(scene, caster);
     const double expected = rho / M_PI * rho * power / ((1 - rho) * 4 * M_PI);
-    // The polyhedron's area is smaller by 0.1 %, its solid angles differ by as much (edges of 0.07: sagitta 0.0006,
-    // in area and in distance squared): three times that.
+    // The polyhedron's area is smaller by 0.1 %, its solid angles differ by as much (edges of 0.07: sagitta
+    // 0.0006, in area and in distance squared): three times that.
     const double sphere = 3 * (1 - total_area(scene.geometry) / (4 * M_PI));
     for (const Vec3& towards : {Vec3(0, 1, 0.1f), Vec3(-1, 0.2f, 0), Vec3(0.5f, -0.6f, 0.7f)}) {
         Mean indirect, direct;
@@ -117,8 +120,9 @@ TEST(PathRadiance, IndirectLightOfASphere) {
         }
         expect_mean(indirect, expected, sphere * expected, 6);
         const Vec3 to_lamp = scene.lights[0].position - seen.position;
-        const double e = power / (4 * M_PI) * to_lamp.normalized().dot(seen.shading_normal) / to_lamp.length2();
-        expect_mean(direct, rho * e / M_PI, 1e-5 * e, 6);   // slack: float roundings
+        const double e =
+            power / (4 * M_PI) * to_lamp.normalized().dot(seen.shading_normal) / to_lamp.length2();
+        expect_mean(direct, rho * e / M_PI, 1e-5 * e, 6);  // slack: float roundings
     }
 }
 
@@ -132,13 +136,13 @@ Seen one_path(const Scene& scene, const Ray& ray, bool show_lamps) {
 
 TEST(PathRadiance, ShownLampHasItsRadiance) {
     Scene scene = empty_scene(Rgb(0));
-    add_quad(scene, {-5, 5, -5}, {10, 0, 0}, {0, 0, 10});   // black ceiling above the lamp
+    add_quad(scene, {-5, 5, -5}, {10, 0, 0}, {0, 0, 10});  // black ceiling above the lamp
     scene.lights.push_back(rectangle_lamp({0, 1, 0}, {2, 0.5f}, {0, -1, 0}, {1, 2, 3}));
     const Ray up{Vec3(0), {0, 1, 0}};
     const Rgb radiance = one_path(scene, up, true).total;
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], (c + 1) / M_PI, 1e-6);   // area 1
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], (c + 1) / M_PI, 1e-6);  // area 1
     EXPECT_EQ(one_path(scene, up, false).total, Rgb(0));
-    EXPECT_EQ(one_path(scene, {{0, 2, 0}, {0, -1, 0}}, true).total, Rgb(0));   // its back is dark
+    EXPECT_EQ(one_path(scene, {{0, 2, 0}, {0, -1, 0}}, true).total, Rgb(0));  // its back is dark
 }
 
 TEST(PathRadiance, LampSeenInAMirror) {
@@ -152,8 +156,8 @@ TEST(PathRadiance, LampSeenInAMirror) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], (0.9 - 0.1 * c) / (M_PI * 0.25), 2e-6);
 }
 
-// What the path tracer calls direct is what shadow rays find, and its two strategies together are unbiased: lamp large
-// and near (rays find it) or small (samples find it).
+// What the path tracer calls direct is what shadow rays find, and its two strategies together are unbiased:
+// lamp large and near (rays find it) or small (samples find it).
 TEST(PathRadiance, DirectPartAgreesWithShadowRays) {
     for (const float size : {0.05f, 1.5f}) {
         Scene scene = room(Rgb(0.8f));
@@ -168,9 +172,11 @@ TEST(PathRadiance, DirectPartAgreesWithShadowRays) {
             const Seen one = path_radiance(paths, {eye, (target - eye).normalized()}, random);
             direct.add(one.total.x - one.indirect.x);
             if (i < 500)
-                shadow_rays.add(0.8 / M_PI * direct_irradiance(scene, caster, scene.lights[0], paths.lights[0], seen, 64, random).x);
+                shadow_rays.add(
+                    0.8 / M_PI *
+                    direct_irradiance(scene, caster, scene.lights[0], paths.lights[0], seen, 64, random).x);
         }
-        expect_same(direct, shadow_rays, 1e-5 * shadow_rays.value(), 2);   // slack: float sums of 64
+        expect_same(direct, shadow_rays, 1e-5 * shadow_rays.value(), 2);  // slack: float sums of 64
     }
 }
 
@@ -185,7 +191,7 @@ TEST(PointLampsMeetSpecular, OnlyWherePointLampsAndSmoothSurfacesMeet) {
     Scene scene = room(Rgb(0.5f));
     EXPECT_FALSE(point_lamps_meet_specular(scene));
     scene.materials.push_back(glass_material(1.5f));
-    EXPECT_FALSE(point_lamps_meet_specular(scene));   // no surface of it
+    EXPECT_FALSE(point_lamps_meet_specular(scene));  // no surface of it
     scene.geometry.triangles[0].material = 1;
     EXPECT_TRUE(point_lamps_meet_specular(scene));
     scene.lights[0] = rectangle_lamp(Vec3(0.5f), {0.1f, 0.1f}, {0, -1, 0});

@@ -9,7 +9,7 @@ namespace pim {
 namespace {
 
 struct ByOrder {
-    std::vector<Mean> flux;   // landed on the first k + 1 surfaces, per photon
+    std::vector<Mean> flux;  // landed on the first k + 1 surfaces, per photon
     Mean all;
 };
 
@@ -33,12 +33,14 @@ ByOrder landed_flux(const Scene& scene, uint64_t photons, int orders) {
     return result;
 }
 
-// Landed flux after n reflections is (1 - rho^(n+1)) / (1 - rho), in the end 1 / (1 - rho), whatever the shape.
+// Landed flux after n reflections is (1 - rho^(n+1)) / (1 - rho), in the end 1 / (1 - rho), whatever the
+// shape.
 TEST(Photon, ClosedBoxIsAGeometricSeries) {
     for (const float rho : {0.0f, 0.5f, 0.9f}) {
         const ByOrder landed = landed_flux(room(Rgb(rho), {1, 2, 3}), 100000, 4);
         for (std::size_t n = 0; n < 4; ++n)
-            expect_mean(landed.flux[n], rho > 0 ? (1 - std::pow(rho, double(n + 1))) / (1 - rho) : 1, 1e-6, 15);
+            expect_mean(landed.flux[n], rho > 0 ? (1 - std::pow(rho, double(n + 1))) / (1 - rho) : 1, 1e-6,
+                        15);
         expect_mean(landed.all, 1 / (1 - double(rho)), 1e-6, 15);
     }
 }
@@ -62,7 +64,8 @@ TEST(Photon, CountersAndFlagsOfALanding) {
         [&] { met = 0, begins_at_mirror = false; });
 }
 
-// `store` = "absorbed" rests on this: landed flux where photons end, divided by their chance, is all landed flux.
+// `store` = "absorbed" rests on this: landed flux where photons end, divided by their chance, is all landed
+// flux.
 TEST(Photon, EndingsStandForAllLandings) {
     Mean all, ends;
     double landed = 0, ended = 0;
@@ -89,7 +92,7 @@ TEST(Photon, PointLampOverARectangle) {
     expect_mean(landed.all, std::atan(6 / (1.5 * std::sqrt(4 + 9 + 2.25))) / (4 * M_PI));
 }
 
-TEST(Photon, PointLampOverADisk) {   // (1 - h / sqrt(h² + R²)) / 2
+TEST(Photon, PointLampOverADisk) {  // (1 - h / sqrt(h² + R²)) / 2
     const Scene scene = plane_under_lamp(10, 1);
     Mean on_disk;
     double landed = 0;
@@ -105,18 +108,21 @@ TEST(Photon, PointLampOverADisk) {   // (1 - h / sqrt(h² + R²)) / 2
 TEST(Photon, CubesCentreLightsItsFacesAlike) {
     const Scene scene = room(Rgb(0), Vec3(2), Vec3(0.5f));
     std::vector<long> faces(6);
-    shoot(scene, 60000, [&](const Landing& l) { ++faces[l.surface.triangle / 2]; }, [] {});
+    shoot(
+        scene, 60000, [&](const Landing& l) { ++faces[l.surface.triangle / 2]; }, [] {});
     EXPECT_LT(chi_squared(faces), chi_squared_bound(5));
 }
 
 // --- the account of energy ---
 
 void expect_closed(const Scene& scene, uint64_t photons = 50000) {
-    const EnergyAccount a = shoot(scene, photons, [](const Landing&) {}, [] {});
+    const EnergyAccount a = shoot(
+        scene, photons, [](const Landing&) {}, [] {});
     EXPECT_EQ(a.emitted, photons);
     EXPECT_EQ(a.absorbed + a.escaped + a.cut_off, a.emitted);
     const Vec3d mean = a.total_flux() / double(photons), error = a.standard_error();
-    // 4 standard errors and the rounding of up to a thousand float products: a false alarm once in 16,000 runs.
+    // 4 standard errors and the rounding of up to a thousand float products: a false alarm once in 16,000
+    // runs.
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], 1, 4 * error[c] + 1e-5);
 }
 
@@ -125,7 +131,8 @@ TEST(EnergyAccount, ClosesInAColouredRoom) { expect_closed(room({0.9f, 0.5f, 0.1
 TEST(EnergyAccount, ClosesInAnOpenScene) {
     const Scene scene = plane_under_lamp(1, 0.5f);
     expect_closed(scene);
-    const EnergyAccount a = shoot(scene, 50000, [](const Landing&) {}, [] {});
+    const EnergyAccount a = shoot(
+        scene, 50000, [](const Landing&) {}, [] {});
     EXPECT_GT(a.escaped, a.absorbed);
 }
 
@@ -152,19 +159,22 @@ TEST(EnergyAccount, ClosesWithSmoothNormals) {
     }
 }
 
-TEST(EnergyAccount, NamesWhatIsCutOff) {   // nothing but perfect mirrors: every photon runs for ever
+TEST(EnergyAccount, NamesWhatIsCutOff) {  // nothing but perfect mirrors: every photon runs for ever
     Scene scene = empty_scene();
     scene.materials[0] = mirror_material(Rgb(1));
     add_box(scene, Vec3(0), Vec3(1), true);
     scene.lights.push_back(point_lamp(Vec3(0.5f)));
-    const EnergyAccount a = shoot(scene, 200, [](const Landing&) {}, [] {});
+    const EnergyAccount a = shoot(
+        scene, 200, [](const Landing&) {}, [] {});
     EXPECT_EQ(a.cut_off, 200u);
-    EXPECT_NEAR(a.cut_off_flux.x, 200, 1e-2);   // a thousand roundings each
+    EXPECT_NEAR(a.cut_off_flux.x, 200, 1e-2);  // a thousand roundings each
 }
 
 TEST(EnergyAccount, AddsUp) {
-    EnergyAccount a = shoot(room(Rgb(0.5f)), 1000, [](const Landing&) {}, [] {}, 1);
-    const EnergyAccount b = shoot(room(Rgb(0.5f)), 2000, [](const Landing&) {}, [] {}, 2);
+    EnergyAccount a = shoot(
+        room(Rgb(0.5f)), 1000, [](const Landing&) {}, [] {}, 1);
+    const EnergyAccount b = shoot(
+        room(Rgb(0.5f)), 2000, [](const Landing&) {}, [] {}, 2);
     const uint64_t absorbed = a.absorbed;
     a.add(b);
     EXPECT_EQ(a.emitted, 3000u);

@@ -12,7 +12,7 @@
 namespace pim {
 namespace {
 
-constexpr double kRounding = 1e-14;   // some dozen double roundings of numbers near 1
+constexpr double kRounding = 1e-14;  // some dozen double roundings of numbers near 1
 
 Vec3d random_point(RandomStream& random) {
     const double x = random.next(), y = random.next(), z = random.next();
@@ -20,8 +20,9 @@ Vec3d random_point(RandomStream& random) {
 }
 
 // Equation (7) of the thesis, as it is printed.
-const char* const kPrinted[kTermCount] = {"xxy", "yyz", "zzx", "xyy", "yzz", "zxx", "xyz", "xxx", "yyy", "zzz",
-                                          "xx",  "yy",  "zz",  "xy",  "yz",  "zx",  "x",   "y",   "z",   ""};
+const char* const kPrinted[kTermCount] = {"xxy", "yyz", "zzx", "xyy", "yzz", "zxx", "xyz",
+                                          "xxx", "yyy", "zzz", "xx",  "yy",  "zz",  "xy",
+                                          "yz",  "zx",  "x",   "y",   "z",   ""};
 
 TEST(Monomials, OrderOfEquation7) {
     RandomStream random(1, RandomPurpose::evaluation, 0, 0);
@@ -30,7 +31,8 @@ TEST(Monomials, OrderOfEquation7) {
     for (int term = 0; term < kTermCount; ++term) {
         double expected = 1;
         std::array<int, 3> powers{};
-        for (const char letter : std::string(kPrinted[term])) expected *= u[letter - 'x'], ++powers[std::size_t(letter - 'x')];
+        for (const char letter : std::string(kPrinted[term]))
+            expected *= u[letter - 'x'], ++powers[std::size_t(letter - 'x')];
         EXPECT_NEAR(values[term], expected, kRounding) << kPrinted[term];
         EXPECT_EQ(kExponents[term], powers) << kPrinted[term];
         EXPECT_EQ(degree(term), int(std::string(kPrinted[term]).size()));
@@ -39,7 +41,8 @@ TEST(Monomials, OrderOfEquation7) {
 }
 
 TEST(TermsOf, Counts) {
-    const std::array<bool, 3> all{true, true, true}, plane{true, false, true}, line{false, true, false}, none{};
+    const std::array<bool, 3> all{true, true, true}, plane{true, false, true}, line{false, true, false},
+        none{};
     EXPECT_EQ(terms_of(3, all).size(), 20u);
     EXPECT_EQ(terms_of(2, all).size(), 10u);
     EXPECT_EQ(terms_of(1, all).size(), 4u);
@@ -56,14 +59,15 @@ TEST(TermsOf, HoldsNoStillAxis) {
     for (const int term : terms) EXPECT_LE(degree(term), 2);
 }
 
-TEST(ChebyshevProducts, AreCosinesOfMultipleAngles) {   // T_n(cos a) = cos(n a)
+TEST(ChebyshevProducts, AreCosinesOfMultipleAngles) {  // T_n(cos a) = cos(n a)
     RandomStream random(2, RandomPurpose::evaluation, 0, 0);
     for (int i = 0; i < 100; ++i) {
         const Vec3d u = random_point(random);
         const auto values = chebyshev_products(u);
         for (int term = 0; term < kTermCount; ++term) {
             double expected = 1;
-            for (int axis = 0; axis < 3; ++axis) expected *= std::cos(kExponents[term][axis] * std::acos(u[axis]));
+            for (int axis = 0; axis < 3; ++axis)
+                expected *= std::cos(kExponents[term][axis] * std::acos(u[axis]));
             EXPECT_NEAR(values[term], expected, kRounding);
         }
     }

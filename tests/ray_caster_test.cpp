@@ -22,8 +22,8 @@ Scene soup(int triangles) {
     return scene;
 }
 
-// Distance along the ray by Cramer's rule in double; infinity for a miss. `margin`: how far inside the hit lies, in
-// barycentric weights.
+// Distance along the ray by Cramer's rule in double; infinity for a miss. `margin`: how far inside the hit
+// lies, in barycentric weights.
 double distance_to(const Geometry& g, uint32_t t, const Ray& ray, double& margin) {
     const auto c = g.corners(t);
     const Vec3d e1 = Vec3d(c[1]) - Vec3d(c[0]), e2 = Vec3d(c[2]) - Vec3d(c[0]), d(ray.direction);
@@ -51,7 +51,7 @@ TEST(RayCaster, AgreesWithBruteForce) {
                 least_margin = std::min(least_margin, std::abs(margin));
                 if (distance < nearest) nearest = distance, triangle = t;
             }
-            if (least_margin < 1e-5 || nearest < 1e-5) continue;   // rounding decides
+            if (least_margin < 1e-5 || nearest < 1e-5) continue;  // rounding decides
             const auto hit = caster.intersect(ray);
             ASSERT_EQ(hit.has_value(), std::isfinite(nearest));
             if (!hit) continue;
@@ -69,7 +69,7 @@ TEST(RayCaster, AgreesWithBruteForce) {
     }
 }
 
-TEST(RayCaster, ClosedRoomsHaveNoLeaks) {   // edges and corners included
+TEST(RayCaster, ClosedRoomsHaveNoLeaks) {  // edges and corners included
     const Scene scene = room(Rgb(0.5f));
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     for (int i = 0; i <= 64; ++i)

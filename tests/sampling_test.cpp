@@ -42,7 +42,7 @@ double chi_squared_of(Sample sample, Height height) {
     for (int i = 0; i < 1 << 18; ++i) {
         const float u1 = random.next();
         const Vec3 d = sample(u1, random.next());
-        EXPECT_NEAR(d.length(), 1, 1e-6f);   // a few roundings
+        EXPECT_NEAR(d.length(), 1, 1e-6f);  // a few roundings
         const double turn = (std::atan2(d.y, d.x) + M_PI) / (2 * M_PI);
         const int row = std::min(kRows - 1, int(height(d.z) * kRows));
         ++bins[std::size_t(row * kColumns + std::min(kColumns - 1, int(turn * kColumns)))];
@@ -54,11 +54,12 @@ TEST(SampleSphere, IsUniform) {
     EXPECT_LT(chi_squared_of(sample_sphere, [](double z) { return 0.5 * (1 + z); }), chi_squared_bound(255));
 }
 
-TEST(SampleCosineHemisphere, HasItsDensity) {   // P(cosine < z) = z²
-    EXPECT_LT(chi_squared_of(sample_cosine_hemisphere, [](double z) { return z * z; }), chi_squared_bound(255));
+TEST(SampleCosineHemisphere, HasItsDensity) {  // P(cosine < z) = z²
+    EXPECT_LT(chi_squared_of(sample_cosine_hemisphere, [](double z) { return z * z; }),
+              chi_squared_bound(255));
 }
 
-TEST(SampleCosineHemisphere, Moments) {   // E z = 2/3, E z² = 1/2, E x = 0, E x² = 1/4
+TEST(SampleCosineHemisphere, Moments) {  // E z = 2/3, E z² = 1/2, E x = 0, E x² = 1/4
     Mean z, z2, x, x2;
     RandomStream random(4, RandomPurpose::evaluation, 0, 0);
     for (int i = 0; i < 1 << 18; ++i) {
@@ -82,8 +83,8 @@ double star_discrepancy(std::vector<double> points) {
     return worst;
 }
 
-// A random set's discrepancy lies below 0.4/sqrt(n) with a probability of 0.003 only (Kolmogorov's distribution); that
-// of a well-spread one falls like log(n)/n.
+// A random set's discrepancy lies below 0.4/sqrt(n) with a probability of 0.003 only (Kolmogorov's
+// distribution); that of a well-spread one falls like log(n)/n.
 TEST(GoldenSequence, BeatsRandomPointsOnEachAxis) {
     constexpr int kPoints = 1000;
     for (int dimensions = 1; dimensions <= 3; ++dimensions)

@@ -8,20 +8,26 @@
 namespace pim {
 namespace {
 
-constexpr float kRounding = 2e-6f;   // some ten float roundings of numbers near 1
+constexpr float kRounding = 2e-6f;  // some ten float roundings of numbers near 1
 
-SurfacePoint surface_of(const Material& material, Side side = Side::front, const Vec3& shading = Vec3(0, 0, 1)) {
-    return {.triangle = 0, .side = side, .position = Vec3(0), .geometric_normal = Vec3(0, 0, 1),
-            .shading_normal = shading.normalized(), .material = &material, .diffuse = material.diffuse,
+SurfacePoint surface_of(const Material& material, Side side = Side::front,
+                        const Vec3& shading = Vec3(0, 0, 1)) {
+    return {.triangle = 0,
+            .side = side,
+            .position = Vec3(0),
+            .geometric_normal = Vec3(0, 0, 1),
+            .shading_normal = shading.normalized(),
+            .material = &material,
+            .diffuse = material.diffuse,
             .specular = material.specular};
 }
 
-Vec3 incoming(float degrees) {   // towards a surface that faces +z
+Vec3 incoming(float degrees) {  // towards a surface that faces +z
     const float a = degrees * kPi / 180;
     return {std::sin(a), 0, -std::cos(a)};
 }
 
-TEST(Fresnel, NormalIncidence) {   // ((n-1)/(n+1))²
+TEST(Fresnel, NormalIncidence) {  // ((n-1)/(n+1))²
     for (const float n : {1.1f, 1.5f, 2.4f, 1 / 1.5f}) {
         const float share = (n - 1) / (n + 1);
         EXPECT_NEAR(fresnel_reflectance(1, n), share * share, kRounding);
@@ -37,13 +43,13 @@ TEST(Fresnel, BrewstersAngle) {
 }
 
 TEST(Fresnel, GrazingAndTotalReflection) {
-    EXPECT_NEAR(fresnel_reflectance(1e-6f, 1.5f), 1, 1e-4f);   // 1 - R is about 6 cosines
-    const float critical = std::sqrt(1 - 1 / (1.5f * 1.5f));   // cosine at which light stays in the glass
+    EXPECT_NEAR(fresnel_reflectance(1e-6f, 1.5f), 1, 1e-4f);  // 1 - R is about 6 cosines
+    const float critical = std::sqrt(1 - 1 / (1.5f * 1.5f));  // cosine at which light stays in the glass
     EXPECT_FLOAT_EQ(fresnel_reflectance(0.999f * critical, 1 / 1.5f), 1);
     EXPECT_LT(fresnel_reflectance(1.01f * critical, 1 / 1.5f), 1);
 }
 
-TEST(Fresnel, TheSameFromBothSides) {   // R at an angle equals R at the refracted angle from the far side
+TEST(Fresnel, TheSameFromBothSides) {  // R at an angle equals R at the refracted angle from the far side
     for (const float cosine : {0.2f, 0.5f, 0.9f}) {
         const float inside = std::sqrt(1 - (1 - cosine * cosine) / 2.25f);
         EXPECT_NEAR(fresnel_reflectance(cosine, 1.5f), fresnel_reflectance(inside, 1 / 1.5f), 10 * kRounding);
@@ -65,7 +71,7 @@ TEST(Glass, RefractionObeysSnell) {
             const GlassSplit split = split_at_glass(surface_of(glass, side), in);
             const float ratio = side == Side::front ? 1.5f : 1 / 1.5f;
             EXPECT_NEAR(split.relative_ior, ratio, kRounding);
-            EXPECT_NEAR(ratio * split.refracted.x, in.x, kRounding);   // sines
+            EXPECT_NEAR(ratio * split.refracted.x, in.x, kRounding);  // sines
             EXPECT_NEAR(split.refracted.length(), 1, kRounding);
             EXPECT_LT(split.refracted.z, 0);
             EXPECT_NEAR((split.reflected - mirror(in, {0, 0, 1})).length(), 0, kRounding);
@@ -84,10 +90,10 @@ TEST(Glass, SplitsByFresnelAndScalesRadiance) {
         ASSERT_TRUE(s);
         const bool up = s->direction.z > 0;
         reflected.add(up);
-        ASSERT_NEAR(s->correction, up ? 1 : 1 / 2.25f, kRounding);   // radiance over n² is kept
+        ASSERT_NEAR(s->correction, up ? 1 : 1 / 2.25f, kRounding);  // radiance over n² is kept
         ASSERT_EQ(s->weight, Rgb(1));
         const auto photon = scatter(surface, in, Rgb(1), 1, Transport::from_lamp, random);
-        ASSERT_NEAR(photon->correction, 1, kRounding);   // flux is kept
+        ASSERT_NEAR(photon->correction, 1, kRounding);  // flux is kept
     }
     expect_mean(reflected, fresnel_reflectance(-in.z, 1.5f));
 }
@@ -116,7 +122,8 @@ TEST(Scatter, WeightsKeepTheExpectedEnergy) {
                         diffuse[c].add(specular_event ? 0 : kept);
                         specular[c].add(specular_event ? kept : 0);
                     }
-                    ASSERT_NEAR(specular_event ? (s->direction - mirror(in, {0, 0, 1})).length() : 0, 0, kRounding);
+                    ASSERT_NEAR(specular_event ? (s->direction - mirror(in, {0, 0, 1})).length() : 0, 0,
+                                kRounding);
                 }
                 for (int c = 0; c < 3; ++c) {
                     expect_mean(diffuse[c], material.diffuse[c], kRounding, 72);
@@ -148,14 +155,15 @@ TEST(LandingFactor, RatioOfCosines) {
     const Material material = diffuse_material(Rgb(0.5f));
     const Vec3 in = incoming(30), shading = Vec3(-0.5f, 0, 1).normalized();
     EXPECT_EQ(landing_factor(surface_of(material), in), 1);
-    EXPECT_NEAR(landing_factor(surface_of(material, Side::front, shading), in), in.dot(shading) / in.z, kRounding);
-    const Vec3 away = Vec3(1, 0, 0.1f).normalized();   // the shading normal does not see this light
+    EXPECT_NEAR(landing_factor(surface_of(material, Side::front, shading), in), in.dot(shading) / in.z,
+                kRounding);
+    const Vec3 away = Vec3(1, 0, 0.1f).normalized();  // the shading normal does not see this light
     EXPECT_EQ(landing_factor(surface_of(material, Side::front, away), in), 0);
 }
 
-// A light path through a surface with a shading normal carries as much whichever end it starts from (Veach 1997, 5.3):
-// diffuse, flux per solid angle sent towards `out` by a beam of irradiance |in·ng|, against radiance towards -in
-// reflected to the eye: both reflectance |in·ns| |out·ng| / pi.
+// A light path through a surface with a shading normal carries as much whichever end it starts from (Veach
+// 1997, 5.3): diffuse, flux per solid angle sent towards `out` by a beam of irradiance |in·ng|, against
+// radiance towards -in reflected to the eye: both reflectance |in·ns| |out·ng| / pi.
 TEST(Scatter, SentAndGatheredLightAgreeUnderShadingNormals) {
     const Material material = diffuse_material(Rgb(0.8f));
     const SurfacePoint surface = surface_of(material, Side::front, Vec3(0.6f, 0.1f, 1));
@@ -165,12 +173,13 @@ TEST(Scatter, SentAndGatheredLightAgreeUnderShadingNormals) {
     RandomStream random(5, RandomPurpose::evaluation, 0, 0);
     for (int i = 0; i < 200000; ++i) {
         const auto s = scatter(surface, in, Rgb(1), 1, Transport::from_lamp, random);
-        sent.add(s && s->direction.x > 0 ? s->weight.x * s->correction * landing_factor(surface, in) * -in.z : 0);
+        sent.add(s && s->direction.x > 0 ? s->weight.x * s->correction * landing_factor(surface, in) * -in.z
+                                         : 0);
         // Gathered: eye rays arrive along -out, out cosine-distributed about ng, and meet the light at `in`.
         const float u1 = random.next();
         const Vec3 out = sample_cosine_hemisphere(u1, random.next());
         const float cosine = std::max(0.0f, -in.dot(surface.shading_normal));
-        gathered.add(out.x > 0 ? material.diffuse.x * cosine : 0);   // f cos_s, times pi from out's density
+        gathered.add(out.x > 0 ? material.diffuse.x * cosine : 0);  // f cos_s, times pi from out's density
     }
     expect_same(sent, gathered);
 }

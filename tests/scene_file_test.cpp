@@ -22,7 +22,9 @@ class SceneFile : public testing::Test {
     SceneFile() {
         set_log_level("error");
         folder_.write("a.mtl", "newmtl wall\nKd 0.25 0.5 0.75\nnewmtl floor\nKd 0.5 0.5 0.5\n");
-        folder_.write("a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nusemtl wall\nf 1 2 3\nusemtl floor\nf 1 2 4\n");
+        folder_.write("a.obj",
+                      "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nusemtl wall\nf 1 2 3\nusemtl "
+                      "floor\nf 1 2 4\n");
     }
     Scene read(const std::string& text, const SceneOptions& options = {}) const {
         return read_scene_text(text, "test.toml", folder_.path(), options);
@@ -54,9 +56,9 @@ TEST_F(SceneFile, Defaults) {
     EXPECT_EQ(scene.bake.seed, 1u);
     ASSERT_EQ(scene.lights.size(), 1u);
     EXPECT_FALSE(scene.lights[0].rectangle());
-    EXPECT_EQ(scene.lights[0].domain.min, scene.lights[0].domain.max);   // it stands still
+    EXPECT_EQ(scene.lights[0].domain.min, scene.lights[0].domain.max);  // it stands still
     EXPECT_EQ(std::get<int>(scene.lights[0].samples), 1);
-    EXPECT_EQ(scene.cameras.size(), 1u);   // one that sees everything
+    EXPECT_EQ(scene.cameras.size(), 1u);  // one that sees everything
     EXPECT_EQ(scene.description, kScene + kLight);
 }
 
@@ -126,11 +128,11 @@ specular = [0.9, 0.8, 0.7]
     EXPECT_EQ(panel.rectangle()->normal, Vec3(0, -1, 0));
     EXPECT_EQ(panel.power, Rgb(1, 2, 3));
     EXPECT_EQ(panel.domain.max, Vec3(1, 1, 2));
-    EXPECT_EQ(panel.boxes, Index3(2, 1, 4));   // an axis without movement is not divided
+    EXPECT_EQ(panel.boxes, Index3(2, 1, 4));  // an axis without movement is not divided
     EXPECT_EQ(std::get<Index3>(panel.samples), Index3(6, 4, 5));
     EXPECT_EQ(panel.position, Vec3(0.5f, 1, 1));
     const Light& bulb = scene.lights.at(find_light(scene, "bulb"));
-    EXPECT_EQ(bulb.position, Vec3(0.5f, 0.5f, 1));   // the middle of its domain
+    EXPECT_EQ(bulb.position, Vec3(0.5f, 0.5f, 1));  // the middle of its domain
     EXPECT_EQ(std::get<int>(bulb.samples), 77);
     const Camera& front = find_camera(scene, "front");
     EXPECT_EQ(front.eye, Vec3(0, 1, 5));
@@ -157,7 +159,8 @@ TEST_F(SceneFile, UnknownKeysAreNamed) {
     expect_error(kScene + kLight + "brightness = 3\n", 6, "light.brightness");
     expect_error(kScene + kLight + "[grid]\ncell = 3\n", 7, "grid.cell");
     expect_error(kScene + kLight + "[bake]\nphoton = 3\n", 7, "bake.photon");
-    expect_error(kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,1]\ntarget = [0,0,0]\nfov = 3\n", 10, "camera.fov");
+    expect_error(kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,1]\ntarget = [0,0,0]\nfov = 3\n", 10,
+                 "camera.fov");
     expect_error(kScene + kLight + "[[material]]\nname = \"wall\"\nroughness = 3\n", 8, "material.roughness");
     expect_error(kScene + kLight + "domain = { min = [0,0,0], max = [1,1,1], mid = [0,0,0] }\n", 6, "mid");
 }
@@ -171,11 +174,14 @@ TEST_F(SceneFile, WrongTypes) {
     expect_error(kScene + kLight + "power = [1, 2]\n", 6, "light.power");
     expect_error(kScene + kLight + "power = [1, 2, \"x\"]\n", 6, "light.power");
     expect_error(kScene + kLight + "domain = 3\n", 6, "light.domain");
-    expect_error(kScene + kLight + "samples = [2.5, 4, 4]\ndomain = { min = [0,0,0], max = [1,1,1] }\n", 6, "light.samples");
+    expect_error(kScene + kLight + "samples = [2.5, 4, 4]\ndomain = { min = [0,0,0], max = [1,1,1] }\n", 6,
+                 "light.samples");
     expect_error(kScene + kLight + "[bake]\ncomponents = \"direct\"\n", 7, "bake.components");
     expect_error(kScene + "[light]\nname = \"lamp\"\n", 3, "light");
     expect_error("scene = 3\n", 1, "scene");
-    expect_error(kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,1]\ntarget = [0,0,0]\nsize = [100.5, 20]\n", 10, "camera.size");
+    expect_error(
+        kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,1]\ntarget = [0,0,0]\nsize = [100.5, 20]\n",
+        10, "camera.size");
 }
 
 TEST_F(SceneFile, ValuesOutOfRange) {
@@ -195,14 +201,18 @@ TEST_F(SceneFile, ValuesOutOfRange) {
     expect_error(kScene + kLight + "type = \"spot\"\n", 6, "light.type");
     expect_error(kScene + kLight + "size = [1, 1]\n", 6, "light.size");
     expect_error(kScene + kLight + "type = \"rectangle\"\n", 6, "light.type");
-    expect_error(kScene + kLight + "type = \"rectangle\"\nsize = [1, 1]\nnormal = [0, 0, 0]\n", 8, "light.normal");
+    expect_error(kScene + kLight + "type = \"rectangle\"\nsize = [1, 1]\nnormal = [0, 0, 0]\n", 8,
+                 "light.normal");
     expect_error(kScene + kLight + "domain = { min = [5,5,5], max = [6,6,6] }\n", 5, "light.position");
     expect_error(kScene + kLight + "boxes = [0, 1, 1]\n", 6, "light.boxes");
     expect_error(kScene + kLight + "samples = 0\n", 6, "light.samples");
-    expect_error(kScene + kLight + "[[material]]\nname = \"wall\"\ndiffuse = [0.8,0,0]\nspecular = [0.3,0,0]\n", 9, "specular");
+    expect_error(
+        kScene + kLight + "[[material]]\nname = \"wall\"\ndiffuse = [0.8,0,0]\nspecular = [0.3,0,0]\n", 9,
+        "specular");
     expect_error(kScene + kLight + "[[material]]\nname = \"sky\"\n", 7, "material.name");
     expect_error(kScene + kLight + "[[material]]\nname = \"wall\"\nior = 0.5\n", 8, "material.ior");
-    expect_error(kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,0]\ntarget = [0,0,0]\n", 9, "camera.target");
+    expect_error(kScene + kLight + "[[camera]]\nname = \"c\"\neye = [0,0,0]\ntarget = [0,0,0]\n", 9,
+                 "camera.target");
     expect_error("preset = \"fast\"\n" + kScene + kLight, 1, "preset");
 }
 
@@ -214,13 +224,14 @@ TEST_F(SceneFile, MissingAndDoubleThings) {
     expect_error(kScene + "[[light]]\nname = \"lamp\"\n", 3, "light.position");
     expect_error(kScene + kLight + kLight, 7, "light.name");
     expect_error(kScene + "[[light]]\nname = \"a/b\"\nposition = [0,0,0]\n", 4, "light.name");
-    expect_error(kScene + kLight + "x = = 3\n", 6, "");   // no TOML at all
+    expect_error(kScene + kLight + "x = = 3\n", 6, "");  // no TOML at all
     EXPECT_NE(error("[scene]\ngeometry = \"none.obj\"\n" + kLight).find("none.obj"), std::string::npos);
 }
 
 TEST_F(SceneFile, ThesisPreset) {
-    for (const std::string& more : {std::string(), std::string("[grid]\ncells = 30\n"), std::string("[bake]\nphotons = 500\n"),
-                                    std::string("[grid]\ncells = 30\n[bake]\nphotons = 500\nrobust = \"auto\"\n")}) {
+    for (const std::string& more :
+         {std::string(), std::string("[grid]\ncells = 30\n"), std::string("[bake]\nphotons = 500\n"),
+          std::string("[grid]\ncells = 30\n[bake]\nphotons = 500\nrobust = \"auto\"\n")}) {
         const Scene scene = read("preset = \"thesis\"\n" + kScene + kLight +
                                  "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2, 2, 2]\n" + more);
         EXPECT_FALSE(scene.grid.facings);
@@ -240,14 +251,15 @@ TEST_F(SceneFile, OverriddenPhotonsStandInTheDescription) {
     options.photons = 777;
     const Scene scene = read(kScene + kLight + "[bake]\nphotons = 5\n", options);
     EXPECT_EQ(scene.bake.photons, 777u);
-    EXPECT_EQ(read(scene.description).bake.photons, 777u);   // what is stored makes the same map
+    EXPECT_EQ(read(scene.description).bake.photons, 777u);  // what is stored makes the same map
     EXPECT_EQ(read(kScene + kLight, options).bake.photons, 777u);
 }
 
 TEST_F(SceneFile, GeometryHashFollowsWhatLightSees) {
     const std::string plain = read(kScene + kLight).geometry_hash;
     EXPECT_EQ(read(kScene + kLight + "[bake]\nphotons = 5\n").geometry_hash, plain);
-    EXPECT_NE(read(kScene + kLight + "[[material]]\nname = \"wall\"\ndiffuse = [0,0,0]\n").geometry_hash, plain);
+    EXPECT_NE(read(kScene + kLight + "[[material]]\nname = \"wall\"\ndiffuse = [0,0,0]\n").geometry_hash,
+              plain);
     EXPECT_NE(read(kScene + "metres_per_unit = 2\n" + kLight).geometry_hash, plain);
 }
 

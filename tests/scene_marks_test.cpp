@@ -22,12 +22,13 @@ SurfacePoint point_on(const Scene& scene, uint32_t triangle, Side side, RandomSt
 }
 
 struct Comparison {
-    double map = 0, path = 0, path_error = 0;   // means over a surface; standard error of the second
+    double map = 0, path = 0, path_error = 0;  // means over a surface; standard error of the second
     double ratio() const { return map / path; }
 };
 
 // Means of the indirect irradiance over points of the fronts of a surface: by the map and by paths.
-Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, const std::string&)>& wanted, int points) {
+Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, const std::string&)>& wanted,
+                      int points) {
     const Scene& scene = b.baked.scene;
     const auto lamps = lamps_at_start(scene);
     const auto values = patch_irradiance(b.baked.map, Component::indirect, lamps);
@@ -37,7 +38,8 @@ Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, co
     double total = 0;
     RandomStream random(1, RandomPurpose::evaluation, 0, 0);
     for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t)
-        if (wanted(point_on(scene, t, Side::front, random), scene.geometry.objects[scene.geometry.triangles[t].object])) {
+        if (wanted(point_on(scene, t, Side::front, random),
+                   scene.geometry.objects[scene.geometry.triangles[t].object])) {
             cumulative.push_back(total += area(scene.geometry.corners(t)));
             chosen.push_back(t);
         }
@@ -62,9 +64,11 @@ Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, co
     return c;
 }
 
-// The mark of the board and its surroundings: within 3 % of the mean of each surface, beyond 3 standard errors.
+// The mark of the board and its surroundings: within 3 % of the mean of each surface, beyond 3 standard
+// errors.
 void expect_within(const char* surface, const Comparison& c, double share) {
-    std::printf("%s: map %.5g, paths %.5g ± %.2g, ratio %.4f\n", surface, c.map, c.path, c.path_error, c.ratio());
+    std::printf("%s: map %.5g, paths %.5g ± %.2g, ratio %.4f\n", surface, c.map, c.path, c.path_error,
+                c.ratio());
     EXPECT_LE(std::abs(c.map - c.path), share * c.path + 3 * c.path_error) << surface;
 }
 
@@ -87,22 +91,37 @@ TEST(Panel, IndirectIrradianceOfItsSurfacesAgreesWithPaths) {
             if (axis != thin && (p[axis] < board.min[axis] || p[axis] > board.max[axis])) return false;
         return true;
     };
-    expect_within("board's front", compare_on(b, [&](const SurfacePoint& s, const std::string& object) {
-                      return object == "board" && s.geometric_normal[thin] * inward > 0.9f;
-                  }, 3000), 0.03);
-    expect_within("wall around the board", compare_on(b, [&](const SurfacePoint& s, const std::string& object) {
-                      return object.starts_with("wall") && s.geometric_normal[thin] * inward > 0.9f &&
-                             std::abs(s.position[thin] - board.center()[thin]) < 0.2f && !covered(s.position);
-                  }, 3000), 0.03);
+    expect_within("board's front",
+                  compare_on(
+                      b,
+                      [&](const SurfacePoint& s, const std::string& object) {
+                          return object == "board" && s.geometric_normal[thin] * inward > 0.9f;
+                      },
+                      3000),
+                  0.03);
+    expect_within("wall around the board",
+                  compare_on(
+                      b,
+                      [&](const SurfacePoint& s, const std::string& object) {
+                          return object.starts_with("wall") && s.geometric_normal[thin] * inward > 0.9f &&
+                                 std::abs(s.position[thin] - board.center()[thin]) < 0.2f &&
+                                 !covered(s.position);
+                      },
+                      3000),
+                  0.03);
     const auto floor_lit = [&](const SurfacePoint& s, const std::string& object) {
         if (object != "floor" || !up(s) || std::abs(s.position.y) > 1e-3f) return false;
         const Vec3 above = s.position + Vec3(0, 1e-3f, 0);
-        return !b.caster.occluded({above, Vec3(0, 1, 0), 0.02f});   // nothing stands on it there
+        return !b.caster.occluded({above, Vec3(0, 1, 0), 0.02f});  // nothing stands on it there
     };
     expect_within("floor", compare_on(b, floor_lit, 3000), 0.03);
-    expect_within("table's top", compare_on(b, [&](const SurfacePoint& s, const std::string& object) {
-                      return object == "table_top" && up(s);
-                  }, 3000), 0.03);
+    expect_within(
+        "table's top",
+        compare_on(
+            b,
+            [&](const SurfacePoint& s, const std::string& object) { return object == "table_top" && up(s); },
+            3000),
+        0.03);
 }
 
 TEST(ThinWall, DarkRoomStaysDark) {
@@ -122,13 +141,16 @@ TEST(ThinWall, DarkRoomStaysDark) {
         ASSERT_TRUE(hit);
         const SurfacePoint s = surface_at(scene, *hit);
         const double e = mean_channel(irradiance_at(b.baked.map, values, s.position, s.shading_normal));
-        if (!dark_room) bright += e, ++bright_count;
-        else if (s.position.x > 3.02f + cell) far += e, ++far_count;
-        else near += e, ++near_count;
+        if (!dark_room)
+            bright += e, ++bright_count;
+        else if (s.position.x > 3.02f + cell)
+            far += e, ++far_count;
+        else
+            near += e, ++near_count;
     }
     bright /= bright_count, far /= far_count, near /= near_count;
-    std::printf("bright room %.4g, dark room farther than a cell %.4g (%.3f %%), nearer %.4g (%.2f %%)\n", bright, far,
-                100 * far / bright, near, 100 * near / bright);
+    std::printf("bright room %.4g, dark room farther than a cell %.4g (%.3f %%), nearer %.4g (%.2f %%)\n",
+                bright, far, 100 * far / bright, near, 100 * near / bright);
     EXPECT_LE(far, 0.005 * bright);
 }
 
@@ -136,14 +158,16 @@ TEST(ThinWall, DarkRoomStaysDark) {
 BoxFit refit(Baked& b, std::vector<Vec3>& positions) {
     const Scene& scene = b.baked.scene;
     const RayCaster pinned(scene.geometry, InstructionSet::pinned);
-    const WorkFolder work(WorkFolder::beside(b.map_file), trace_settings(scene, pinned), scene.geometry.origin);
+    const WorkFolder work(WorkFolder::beside(b.map_file), trace_settings(scene, pinned),
+                          scene.geometry.origin);
     const Cells cells = *work.read_cells();
     const Solids solids = solids_of(scene);
     std::vector<std::string> warnings;
     const auto samples = all_light_samples(scene, solids, warnings);
     for (const LightSample& s : samples) positions.push_back(s.position);
-    return fit_box(split_domain(scene.lights[0].domain, Index3(1))[0], positions, 3, cells.patches.size(),
-                   [&](std::size_t i) { return work.read_density(scene, cells, samples[i], Component::indirect); }, {});
+    return fit_box(
+        split_domain(scene.lights[0].domain, Index3(1))[0], positions, 3, cells.patches.size(),
+        [&](std::size_t i) { return work.read_density(scene, cells, samples[i], Component::indirect); }, {});
 }
 
 TEST(Sphere, IndirectLightDoesNotFollowTheLamp) {
@@ -164,16 +188,18 @@ TEST(Sphere, IndirectLightDoesNotFollowTheLamp) {
     std::size_t count = 0;
     for (std::size_t p = 0; p < fit.polynomials.residuals.size(); ++p) {
         const double sigma = fit.polynomials.residuals[p] * std::sqrt(double(positions.size()) / freedom);
-        if (!(sigma > 0)) continue;   // outside of the shell: no photon
+        if (!(sigma > 0)) continue;  // outside of the shell: no photon
         for (int t = 0; t < kConstantTerm; ++t, ++count) {
-            const double ratio = fit.polynomials.coefficients[(p * kTermCount + t) * 3] / (sigma * std::sqrt(variance(t)));
+            const double ratio =
+                fit.polynomials.coefficients[(p * kTermCount + t) * 3] / (sigma * std::sqrt(variance(t)));
             squares += ratio * ratio;
             most = std::max(most, std::abs(ratio));
         }
     }
     const double rms = std::sqrt(squares / double(count));
     // Of so many Student-distributed ratios, the largest passes this once in a thousand.
-    const double bound = boost::math::quantile(boost::math::students_t(freedom), 1 - 0.001 / (2.0 * double(count)));
+    const double bound =
+        boost::math::quantile(boost::math::students_t(freedom), 1 - 0.001 / (2.0 * double(count)));
     std::printf("%zu ratios, root mean square %.4f, largest %.2f (bound %.2f)\n", count, rms, most, bound);
     EXPECT_NEAR(rms, 1, 0.05);
     EXPECT_LE(most, bound);
@@ -184,11 +210,13 @@ TEST(Sphere, IndirectIrradianceIsTheClosedForm) {
     const IlluminationMap& map = b.baked.map;
     double flux = 0, total = 0;
     for (std::size_t p = 0; p < map.patches.size(); ++p) {
-        flux += map.patches[p].area * map.lights[0].polynomials[0][int(Component::indirect)]->coefficients[(p * kTermCount + kConstantTerm) * 3];
+        flux += map.patches[p].area * map.lights[0]
+                                          .polynomials[0][int(Component::indirect)]
+                                          ->coefficients[(p * kTermCount + kConstantTerm) * 3];
         total += map.patches[p].area;
     }
     const double rho = b.baked.scene.materials[b.baked.scene.geometry.triangles[0].material].diffuse.x;
-    const double expected = rho / ((1 - rho) * 4 * double(kPi));   // per watt, R = 1 m
+    const double expected = rho / ((1 - rho) * 4 * double(kPi));  // per watt, R = 1 m
     std::printf("area mean %.6f, closed form %.6f\n", flux / total, expected);
     EXPECT_NEAR(flux / total, expected, 0.01 * expected);
 }
@@ -203,15 +231,17 @@ TEST_P(EveryScene, EnergyAccountCloses) {
     for (uint64_t i = 0; i < 100000; ++i) {
         RandomStream random(7, RandomPurpose::photons, 0, i);
         const Light& light = scene.lights[i % scene.lights.size()];
-        trace_photon(scene, caster, light, light.position, random, [](const Landing&) {}, account);
+        trace_photon(
+            scene, caster, light, light.position, random, [](const Landing&) {}, account);
     }
     EXPECT_EQ(account.emitted, account.absorbed + account.escaped + account.cut_off);
     const Vec3d mean = account.total_flux() / double(account.emitted), error = account.standard_error();
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], 1, 4 * error[c] + 1e-6) << GetParam();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryScene, testing::Values("cornell", "temple", "cloister", "caustic", "thin_wall",
-                                                         "sphere", "gallery", "panel"));
+INSTANTIATE_TEST_SUITE_P(All, EveryScene,
+                         testing::Values("cornell", "temple", "cloister", "caustic", "thin_wall", "sphere",
+                                         "gallery", "panel"));
 
 }  // namespace
 }  // namespace pim

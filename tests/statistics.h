@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Means with standard errors, and bounds with a stated rate of false alarms. Seeds are fixed, so that an alarm comes
-// from a change of the code, by bad luck at most that often.
+// Means with standard errors, and bounds with a stated rate of false alarms. Seeds are fixed, so that an
+// alarm comes from a change of the code, by bad luck at most that often.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace pim {
 
-inline constexpr double kFalseAlarm = 1e-5;   // per test, whatever the number of its checks
+inline constexpr double kFalseAlarm = 1e-5;  // per test, whatever the number of its checks
 
 // How many standard errors `checks` Gaussian numbers stay below, all of them, but for kFalseAlarm.
 inline double sigmas(double checks = 1) {
@@ -49,7 +49,8 @@ inline void expect_mean(const Mean& mean, double expected, double slack = 0, dou
 
 // Two independent means agree.
 inline void expect_same(const Mean& a, const Mean& b, double slack = 0, double checks = 1) {
-    EXPECT_NEAR(a.value(), b.value(), sigmas(checks) * std::hypot(a.standard_error(), b.standard_error()) + slack);
+    EXPECT_NEAR(a.value(), b.value(),
+                sigmas(checks) * std::hypot(a.standard_error(), b.standard_error()) + slack);
 }
 
 // Counts in bins of equal probability.

@@ -61,7 +61,8 @@ inline void add_triangle(Scene& scene, const Vec3& a, const Vec3& b, const Vec3&
 }
 
 // Parallelogram; its front looks along edge1 × edge2.
-inline void add_quad(Scene& scene, const Vec3& corner, const Vec3& edge1, const Vec3& edge2, uint32_t material = 0) {
+inline void add_quad(Scene& scene, const Vec3& corner, const Vec3& edge1, const Vec3& edge2,
+                     uint32_t material = 0) {
     add_triangle(scene, corner, corner + edge1, corner + edge1 + edge2, material);
     add_triangle(scene, corner, corner + edge1 + edge2, corner + edge2, material);
 }
@@ -77,16 +78,16 @@ inline void add_box(Scene& scene, const Vec3& low, const Vec3& high, bool inward
 }
 
 // Icosahedron with its triangles split in four so many times, corners on the sphere.
-inline void add_sphere(Scene& scene, const Vec3& centre, float radius, int subdivisions, bool inwards, bool smooth,
-                       uint32_t material = 0) {
+inline void add_sphere(Scene& scene, const Vec3& centre, float radius, int subdivisions, bool inwards,
+                       bool smooth, uint32_t material = 0) {
     const double g = 0.5 * (1 + std::sqrt(5.0));
-    std::vector<Vec3d> points = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                                 {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+    std::vector<Vec3d> points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                                 {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
     for (Vec3d& p : points) p.normalize();
     std::vector<std::array<uint32_t, 3>> faces = {
-        {0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6},
-        {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10},
-        {8, 6, 7}, {9, 8, 1}};
+        {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+        {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+        {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
     for (int level = 0; level < subdivisions; ++level) {
         std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
         const auto middle = [&](uint32_t a, uint32_t b) {
@@ -121,7 +122,8 @@ inline Light point_lamp(const Vec3& position, const Rgb& power = Rgb(1)) {
     return light;
 }
 
-inline Light rectangle_lamp(const Vec3& position, const Vec2& size, const Vec3& normal, const Rgb& power = Rgb(1)) {
+inline Light rectangle_lamp(const Vec3& position, const Vec2& size, const Vec3& normal,
+                            const Rgb& power = Rgb(1)) {
     Light light = point_lamp(position, power);
     light.shape = RectangleShape(size, normal);
     return light;
@@ -149,8 +151,8 @@ inline double total_area(const Geometry& geometry) {
     return sum;
 }
 
-// Photons of the scene's first lamp, one after the other. `each(landing)` sees every landing; `done()` follows each
-// photon.
+// Photons of the scene's first lamp, one after the other. `each(landing)` sees every landing; `done()`
+// follows each photon.
 template <class Each, class Done>
 EnergyAccount shoot(const Scene& scene, uint64_t photons, Each each, Done done, uint64_t seed = 1) {
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
@@ -164,7 +166,8 @@ EnergyAccount shoot(const Scene& scene, uint64_t photons, Each each, Done done, 
 }
 
 // The surface that a ray meets; it must meet one.
-inline SurfacePoint surface_seen(const Scene& scene, const RayCaster& caster, const Vec3& from, const Vec3& towards) {
+inline SurfacePoint surface_seen(const Scene& scene, const RayCaster& caster, const Vec3& from,
+                                 const Vec3& towards) {
     return surface_at(scene, caster.intersect({from, (towards - from).normalized()}).value());
 }
 

@@ -8,7 +8,7 @@
 namespace pim {
 namespace {
 
-Image picture() {   // top row 1 2 3 4, bottom row 5 6 7 8
+Image picture() {  // top row 1 2 3 4, bottom row 5 6 7 8
     Image image(4, 2);
     for (int i = 0; i < 8; ++i) image.pixels[std::size_t(i)] = Rgb(float(i + 1));
     return image;
@@ -30,10 +30,11 @@ TEST(SampleTexture, BilinearBetweenCentres) {
 
 TEST(SampleTexture, RepeatsInBothDirections) {
     const Image image = picture();
-    EXPECT_NEAR(sample_texture(image, {0, 0.25f}).x, 6.5, kRounding);   // between the last and the first
+    EXPECT_NEAR(sample_texture(image, {0, 0.25f}).x, 6.5, kRounding);  // between the last and the first
     for (const Vec2& uv : {Vec2(0.3f, 0.6f), Vec2(0.9f, 0.1f)})
         for (const float shift : {1.0f, -3.0f})
-            EXPECT_NEAR(sample_texture(image, uv + Vec2(shift, 2 * shift)).x, sample_texture(image, uv).x, 1e-4);
+            EXPECT_NEAR(sample_texture(image, uv + Vec2(shift, 2 * shift)).x, sample_texture(image, uv).x,
+                        1e-4);
 }
 
 TEST(SampleTexture, NoNumbersAreBlack) {

@@ -18,7 +18,10 @@ const std::vector<float> kFloats = {1, -2, 0, 1e-20f};
 const std::vector<float> kVectors = {1, 2, 3, 4, 5, 6, 0, 0, 0, -1, -2, -3};
 
 VdbMetadata test_metadata() {
-    return {{"text", std::string("two\nlines")}, {"number", 1.0 / 3}, {"count", int64_t{1} << 40}, {"vector", Vec3d(1, 2, 3)}};
+    return {{"text", std::string("two\nlines")},
+            {"number", 1.0 / 3},
+            {"count", int64_t{1} << 40},
+            {"vector", Vec3d(1, 2, 3)}};
 }
 
 void write_test_file(const std::filesystem::path& path) {
@@ -29,7 +32,9 @@ void write_test_file(const std::filesystem::path& path) {
 }
 
 void expect_same_cells(std::vector<Index3> a, std::vector<Index3> b) {
-    const auto before = [](const Index3& p, const Index3& q) { return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z); };
+    const auto before = [](const Index3& p, const Index3& q) {
+        return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+    };
     std::sort(a.begin(), a.end(), before), std::sort(b.begin(), b.end(), before);
     EXPECT_EQ(a, b);
 }
@@ -45,7 +50,7 @@ TEST(VdbFile, RoundTrip) {
     EXPECT_TRUE(file.has("area/px"));
     EXPECT_FALSE(file.has("area/py"));
     EXPECT_EQ(file.grid_names().size(), 2u);
-    expect_same_cells(file.active_cells("area/px"), kCells);   // zero values are active too
+    expect_same_cells(file.active_cells("area/px"), kCells);  // zero values are active too
     EXPECT_EQ(file.values("area/px", kCells, 1), kFloats);
     EXPECT_EQ(file.values("lamp/b0/a19", kCells, 3), kVectors);
     const auto repeated = file.values("area/px", {kCells[1]}, 3);
@@ -79,7 +84,8 @@ TEST(VdbFile, SameContentSameBytes) {
     writer.add("area/px", kCells, {1, -2, 0, 2e-20f}, 1);
     writer.add("lamp/b0/a19", kCells, kVectors, 3);
     writer.finish();
-    EXPECT_NE(bytes_of(folder / "a.vdb").substr(21, 36), bytes_of(folder / "c.vdb").substr(21, 36));   // the identifier
+    EXPECT_NE(bytes_of(folder / "a.vdb").substr(21, 36),
+              bytes_of(folder / "c.vdb").substr(21, 36));  // the identifier
 }
 
 TEST(VdbFile, MissingGridsAndKeysAreNamed) {
@@ -133,17 +139,21 @@ std::string outcome_of_reading(const std::filesystem::path& path) {
     return "!read";
 }
 
-// Cut anywhere, a file must be refused with an Error when it is opened or read, never crash or run out of memory.
+// Cut anywhere, a file must be refused with an Error when it is opened or read, never crash or run out of
+// memory.
 TEST(VdbFile, TruncatedFilesAreErrors) {
     const TemporaryFolder folder;
     write_test_file(folder / "a.vdb");
     const std::string bytes = bytes_of(folder / "a.vdb");
     const MemoryLimit limit(rlim_t{2} << 30);
-    for (std::size_t length = 0; length < bytes.size(); length += length < 1000 ? 37 : 1 + bytes.size() / 60) {
+    for (std::size_t length = 0; length < bytes.size();
+         length += length < 1000 ? 37 : 1 + bytes.size() / 60) {
         folder.write("cut.vdb", bytes.substr(0, length));
         const std::string outcome = outcome_of_reading(folder / "cut.vdb");
-        EXPECT_EQ(outcome.find("!"), std::string::npos) << length << " of " << bytes.size() << ": " << outcome;
-        EXPECT_EQ(outcome.find("bad_alloc"), std::string::npos) << length << " of " << bytes.size() << ": " << outcome;
+        EXPECT_EQ(outcome.find("!"), std::string::npos)
+            << length << " of " << bytes.size() << ": " << outcome;
+        EXPECT_EQ(outcome.find("bad_alloc"), std::string::npos)
+            << length << " of " << bytes.size() << ": " << outcome;
     }
 }
 

@@ -22,7 +22,8 @@ Rgb shade(const Moment& m, const SurfaceCells& cells, const Ray& ray) {
     if (!hit) return Rgb(0);
     const SurfacePoint s = surface_at(m.scene, *hit);
     const auto fine = cells.fine_cell(s.triangle, s.side, s.position);
-    const int patch = fine ? m.map.index.find(cell_of_fine(*fine), main_facing(m.map.grid, s.shading_normal)) : -1;
+    const int patch =
+        fine ? m.map.index.find(cell_of_fine(*fine), main_facing(m.map.grid, s.shading_normal)) : -1;
     return patch < 0 ? Rgb(0.02f) : colour_of(patch);
 }
 
@@ -37,8 +38,10 @@ void draw_centres(const Moment& m, const Camera& camera, Image& image) {
         const Vec3 path = centre - camera.eye;
         const float distance = path.length();
         if (x < 1 || y < 1 || x >= image.width - 1 || y >= image.height - 1) continue;
-        if (m.caster.occluded({camera.eye, path / distance, distance - float(m.map.grid.cell_size)})) continue;
-        image.at(x, y) = image.at(x + 1, y) = image.at(x, y + 1) = image.at(x + 1, y + 1) = Rgb(1, 0.9f, 0.1f);
+        if (m.caster.occluded({camera.eye, path / distance, distance - float(m.map.grid.cell_size)}))
+            continue;
+        image.at(x, y) = image.at(x + 1, y) = image.at(x, y + 1) = image.at(x + 1, y + 1) =
+            Rgb(1, 0.9f, 0.1f);
     }
 }
 
@@ -46,7 +49,8 @@ void draw_centres(const Moment& m, const Camera& camera, Image& image) {
 
 Image render_cells(const Moment& moment, const Camera& camera, const FrameOptions& options) {
     const SurfaceCells cells(moment.map.grid, moment.scene.geometry);
-    Image image = render_frame(camera, options, [&](const Ray& ray, RandomStream&) { return shade(moment, cells, ray); });
+    Image image = render_frame(camera, options,
+                               [&](const Ray& ray, RandomStream&) { return shade(moment, cells, ray); });
     draw_centres(moment, camera, image);
     return image;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The cells themselves: each patch in one flat shade, dots at the centres of the cells (the thesis' figure 15).
+// The cells themselves: each patch in one flat shade, dots at the centres of the cells (the thesis' figure
+// 15).
 #pragma once
 
 #include "common/render/frame.h"

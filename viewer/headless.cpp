@@ -3,7 +3,6 @@
 
 #include <sys/resource.h>
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -12,18 +11,11 @@
 #include "common/core/file.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
+#include "common/core/stopwatch.h"
 #include "viewer/picture.h"
 
 namespace pim {
 namespace {
-
-class Stopwatch {
-  public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // "NAME=value" parts. Throws UsageError.
 std::pair<std::string, std::string> split_assignment(const std::string& text, const char* option) {
@@ -44,7 +36,8 @@ double parse_number(const std::string& text, const std::string& option) {
 }
 
 template <class Value>
-Value choose(const std::string& text, const char* option, const std::vector<std::pair<std::string, Value>>& all) {
+Value choose(const std::string& text, const char* option,
+             const std::vector<std::pair<std::string, Value>>& all) {
     std::string names;
     for (const auto& [name, value] : all) {
         if (name == text) return value;
@@ -75,18 +68,21 @@ std::vector<LightState> place_lights(const BakedScene& baked, const HeadlessOpti
 
 DirectLight choose_direct(const IlluminationMap& map, const HeadlessOptions& o) {
     if (o.direct.empty()) return map.has(Component::direct) ? DirectLight::baked : DirectLight::traced;
-    const auto direct = choose<DirectLight>(o.direct, "--direct", {{"traced", DirectLight::traced},
-                                                                   {"baked", DirectLight::baked},
-                                                                   {"none", DirectLight::none}});
+    const auto direct = choose<DirectLight>(
+        o.direct, "--direct",
+        {{"traced", DirectLight::traced}, {"baked", DirectLight::baked}, {"none", DirectLight::none}});
     if (direct == DirectLight::baked && !map.has(Component::direct))
-        throw UsageError("--direct baked: the map lacks the direct part; bake with components = [\"direct\", \"indirect\"]");
+        throw UsageError(
+            "--direct baked: the map lacks the direct part; bake with components = [\"direct\", "
+            "\"indirect\"]");
     return direct;
 }
 
 bool choose_indirect(const IlluminationMap& map, const HeadlessOptions& o) {
     if (o.indirect.empty()) return map.has(Component::indirect);
     const bool baked = choose<bool>(o.indirect, "--indirect", {{"baked", true}, {"none", false}});
-    if (baked && !map.has(Component::indirect)) throw UsageError("--indirect baked: the map lacks the indirect part");
+    if (baked && !map.has(Component::indirect))
+        throw UsageError("--indirect baked: the map lacks the indirect part");
     return baked;
 }
 
@@ -94,7 +90,8 @@ Imath::V2i choose_size(const Camera& camera, const std::string& text) {
     if (text.empty()) return camera.size;
     const std::size_t x = text.find('x');
     if (x == std::string::npos) throw UsageError(fmt::format("--size: '{}' must look like 1280x720", text));
-    const double w = parse_number(text.substr(0, x), "--size"), h = parse_number(text.substr(x + 1), "--size");
+    const double w = parse_number(text.substr(0, x), "--size"),
+                 h = parse_number(text.substr(x + 1), "--size");
     if (w < 1 || h < 1 || w > 32768 || h > 32768 || w != std::floor(w) || h != std::floor(h))
         throw UsageError(fmt::format("--size: '{}' must be whole numbers from 1 to 32768", text));
     return {int(w), int(h)};
@@ -108,9 +105,13 @@ PictureOptions picture_options(const BakedScene& baked, const HeadlessOptions& o
     p.direct = choose_direct(baked.map, o);
     p.indirect = choose_indirect(baked.map, o);
     p.show_lamps = o.show_lamps;
-    p.integrator = choose<Integrator>(o.integrator, "--integrator", {{"polynomial", Integrator::polynomial}, {"path", Integrator::path}});
-    p.view = choose<View>(o.view, "--view", {{"radiance", View::radiance}, {"irradiance", View::irradiance},
-                                             {"density", View::density}, {"cells", View::cells}});
+    p.integrator = choose<Integrator>(o.integrator, "--integrator",
+                                      {{"polynomial", Integrator::polynomial}, {"path", Integrator::path}});
+    p.view = choose<View>(o.view, "--view",
+                          {{"radiance", View::radiance},
+                           {"irradiance", View::irradiance},
+                           {"density", View::density},
+                           {"cells", View::cells}});
     if (p.integrator == Integrator::path && p.view != View::radiance)
         throw UsageError("--view: the path integrator shows radiance only");
     if (o.volume && p.view != View::density) throw UsageError("--volume: needs --view density");
@@ -156,10 +157,14 @@ void render_headless(const HeadlessOptions& o) {
     log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", o.output.string(), image.width,
                          image.height, frame_seconds, std::log2(exposure)));
     if (!o.stats) return;
-    const nlohmann::json stats{{"frame_seconds", frame_seconds}, {"load_seconds", load_seconds},
-                               {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
-                               {"cells", baked.map.index.cell_count()}, {"packed_bytes", packed_bytes(baked.map)},
-                               {"peak_rss_bytes", peak_memory()}, {"threads", thread_count()}};
+    const nlohmann::json stats{
+        {"frame_seconds", frame_seconds},
+        {"load_seconds", load_seconds},
+        {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
+        {"cells", baked.map.index.cell_count()},
+        {"packed_bytes", packed_bytes(baked.map)},
+        {"peak_rss_bytes", peak_memory()},
+        {"threads", thread_count()}};
     write_text_atomically(*o.stats, stats.dump(2) + "\n");
 }
 

@@ -13,8 +13,8 @@ namespace pim {
 struct HeadlessOptions {
     std::filesystem::path map, output;
     std::optional<std::filesystem::path> geometry, stats, volume;
-    std::vector<std::string> lights;     // NAME=x,y,z (world, m)
-    std::vector<std::string> gains;      // NAME=g
+    std::vector<std::string> lights;  // NAME=x,y,z (world, m)
+    std::vector<std::string> gains;   // NAME=g
     std::string camera, size, direct, indirect, exposure = "auto";
     std::string integrator = "polynomial", view = "radiance";
     int samples = 4;

@@ -17,7 +17,8 @@ void add_options(CLI::App& app, HeadlessOptions& o, CommonOptions& common) {
     app.add_option("--geometry", o.geometry, "the geometry file, where it has moved");
     app.add_option("--output", o.output, "picture to write: .exr (linear) or .png (tone-mapped)");
     app.add_option("--light", o.lights, "NAME=x,y,z: put a lamp there (m)")->allow_extra_args(false);
-    app.add_option("--gain", o.gains, "NAME=g: multiply a lamp's power; 0 turns it off")->allow_extra_args(false);
+    app.add_option("--gain", o.gains, "NAME=g: multiply a lamp's power; 0 turns it off")
+        ->allow_extra_args(false);
     app.add_option("--camera", o.camera, "a camera of the scene (default: its first)");
     app.add_option("--size", o.size, "WxH in pixels (default: the camera's)");
     app.add_option("--direct", o.direct, "traced, baked or none (default: baked where the map holds it)");
@@ -25,7 +26,9 @@ void add_options(CLI::App& app, HeadlessOptions& o, CommonOptions& common) {
     app.add_option("--integrator", o.integrator, "polynomial or path (the reference)")->capture_default_str();
     app.add_option("--view", o.view, "radiance, irradiance, density or cells")->capture_default_str();
     app.add_option("--volume", o.volume, "a density volume of the work folder, for --view density");
-    app.add_option("--spp", o.samples, "samples per pixel")->check(CLI::Range(1, 1 << 20))->capture_default_str();
+    app.add_option("--spp", o.samples, "samples per pixel")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
     app.add_option("--exposure", o.exposure, "of PNG, in stops, or auto")->capture_default_str();
     app.add_flag("--show-lamps", o.show_lamps, "rectangular lamps are seen");
     app.add_option("--stats", o.stats, "timings and sizes as JSON");
@@ -48,7 +51,8 @@ int main(int argc, char** argv) {
     }
     return run_program(common, [&] {
         if (options.output.empty())
-            throw UsageError("there is no window yet: name a picture to write with --output FRAME.png or .exr");
+            throw UsageError(
+                "there is no window yet: name a picture to write with --output FRAME.png or .exr");
         render_headless(options);
     });
 }

@@ -15,7 +15,8 @@
 namespace pim {
 namespace {
 
-Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o, const FrameOptions& frame) {
+Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
+                   const FrameOptions& frame) {
     const PathScene scene{baked.scene, caster, o.lights, o.show_lamps};
     Image image = render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
@@ -25,8 +26,10 @@ Image render_paths(const BakedScene& baked, const RayCaster& caster, const Pictu
         return shown;
     });
     if (!o.indirect || !point_lamps_meet_specular(baked.scene)) return image;
-    log_warning("light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in mirrors or "
-                "through glass it is missing");
+    log_warning(
+        "light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in mirrors "
+        "or "
+        "through glass it is missing");
     const uint64_t photons = uint64_t(image.width) * uint64_t(image.height) * uint64_t(o.samples);
     const Image added = light_image(scene, o.camera, o.size, photons, frame.seed, 0);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += added.pixels[i];
@@ -34,11 +37,19 @@ Image render_paths(const BakedScene& baked, const RayCaster& caster, const Pictu
 }
 
 Moment moment_of(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
-    Moment moment{.scene = baked.scene, .caster = caster, .map = baked.map, .lights = o.lights, .direct = o.direct,
-                  .indirect = o.indirect, .show_lamps = o.show_lamps, .patch_values = {}};
+    Moment moment{.scene = baked.scene,
+                  .caster = caster,
+                  .map = baked.map,
+                  .lights = o.lights,
+                  .direct = o.direct,
+                  .indirect = o.indirect,
+                  .show_lamps = o.show_lamps,
+                  .patch_values = {}};
     if (o.view == View::density && moment.direct == DirectLight::traced) moment.direct = DirectLight::none;
-    if (o.volume) moment.patch_values = read_volume(baked.map, *o.volume);
-    else evaluate_patches(moment);
+    if (o.volume)
+        moment.patch_values = read_volume(baked.map, *o.volume);
+    else
+        evaluate_patches(moment);
     return moment;
 }
 
@@ -71,13 +82,16 @@ Image render_picture(const BakedScene& baked, const RayCaster& caster, const Pic
     const Moment moment = moment_of(baked, caster, o);
     if (o.view == View::cells) return render_cells(moment, o.camera, frame);
     if (o.view == View::radiance)
-        return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) { return map_radiance(moment, ray, random); });
+        return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
+            return map_radiance(moment, ray, random);
+        });
     return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const auto hit = caster.intersect(ray);
         if (!hit) return Rgb(0);
         const SurfacePoint surface = surface_at(baked.scene, *hit);
         if (o.view == View::irradiance) return surface_irradiance(moment, surface, random);
-        return Rgb(luminance(irradiance_at(baked.map, moment.patch_values, surface.position, surface.shading_normal)));
+        return Rgb(luminance(
+            irradiance_at(baked.map, moment.patch_values, surface.position, surface.shading_normal)));
     });
 }
 

@@ -22,16 +22,16 @@ struct PictureOptions {
     bool show_lamps = false;
     Integrator integrator = Integrator::polynomial;
     View view = View::radiance;
-    std::optional<std::filesystem::path> volume;   // a density volume to show in place of the map
-    int samples = 4;                               // per pixel
+    std::optional<std::filesystem::path> volume;  // a density volume to show in place of the map
+    int samples = 4;                              // per pixel
 };
 
 // Linear: radiance in W/(m² sr), or irradiance and density in W/m² (grey), or false colours of the cells.
 // Throws Error.
 Image render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& options);
 
-// Patches' irradiance of one density volume, all its components together, as the mean of its channels under lamps of
-// 1 W; the volume must belong to the map. Throws Error.
+// Patches' irradiance of one density volume, all its components together, as the mean of its channels under
+// lamps of 1 W; the volume must belong to the map. Throws Error.
 std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::path& file);
 
 }  // namespace pim

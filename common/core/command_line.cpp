@@ -42,7 +42,8 @@ std::array<double, 3> parse_triple(const std::string& text, const std::string& o
     for (int i = 0; i < 3; ++i) {
         const auto [rest, problem] = std::from_chars(at, end, values[i]);
         const bool last = i == 2;
-        if (problem != std::errc() || !std::isfinite(values[i]) || (last ? rest != end : rest == end || *rest != ','))
+        if (problem != std::errc() || !std::isfinite(values[i]) ||
+            (last ? rest != end : rest == end || *rest != ','))
             throw UsageError(fmt::format("{}: '{}' is not three numbers x,y,z", option, text));
         at = rest + 1;
     }

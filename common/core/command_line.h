@@ -9,7 +9,7 @@
 namespace pim {
 
 struct CommonOptions {
-    int threads = 0;              // 0: all cores
+    int threads = 0;  // 0: all cores
     bool quiet = false;
     std::string log_level = "info";
 };

@@ -19,10 +19,12 @@ namespace {
 
 void sync(const fs::path& path, int flags) {
     const int descriptor = ::open(path.c_str(), flags);
-    if (descriptor < 0) throw Error(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+    if (descriptor < 0)
+        throw Error(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
     const int failed = ::fsync(descriptor);
     ::close(descriptor);
-    if (failed) throw Error(fmt::format("{}: cannot be written to disk: {}", path.string(), std::strerror(errno)));
+    if (failed)
+        throw Error(fmt::format("{}: cannot be written to disk: {}", path.string(), std::strerror(errno)));
 }
 
 }  // namespace
@@ -30,7 +32,8 @@ void sync(const fs::path& path, int flags) {
 void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     if (!fs::is_directory(folder))
-        throw Error(fmt::format("{}: the folder {} does not exist; create it first", path.string(), folder.string()));
+        throw Error(
+            fmt::format("{}: the folder {} does not exist; create it first", path.string(), folder.string()));
     const fs::path temporary =
         folder / fmt::format("{}.{}.tmp{}", path.stem().string(), ::getpid(), path.extension().string());
     try {

@@ -10,8 +10,8 @@
 
 namespace pim {
 
-// Calls write(temporary path beside `path`), syncs the file, renames it to `path`. On an exception the temporary
-// file is removed and `path` is untouched. The temporary name keeps the extension. Throws Error.
+// Calls write(temporary path beside `path`), syncs the file, renames it to `path`. On an exception the
+// temporary file is removed and `path` is untouched. The temporary name keeps the extension. Throws Error.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path&)>& write);
 void write_text_atomically(const std::filesystem::path& path, const std::string& text);
@@ -23,7 +23,7 @@ class ContentHash {
   public:
     void feed(const void* data, std::size_t bytes);
     void feed(std::string_view text) { feed(text.data(), text.size()); }
-    std::string hex() const;   // 32 hexadecimal digits
+    std::string hex() const;  // 32 hexadecimal digits
 
   private:
     uint64_t low_ = 0x70696d, high_ = 0x6d6970;

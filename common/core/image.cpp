@@ -18,8 +18,10 @@ Image decode(OIIO::ImageInput& input) {
     const OIIO::ImageSpec spec = input.spec();
     const int channels = std::min(spec.nchannels, 3);
     std::vector<float> values(std::size_t(spec.width) * spec.height * channels);
-    if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data())) throw Error(input.geterror());
-    const bool encoded = spec.format.basetype == OIIO::TypeDesc::UINT8 || spec.format.basetype == OIIO::TypeDesc::UINT16;
+    if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data()))
+        throw Error(input.geterror());
+    const bool encoded =
+        spec.format.basetype == OIIO::TypeDesc::UINT8 || spec.format.basetype == OIIO::TypeDesc::UINT16;
     Image image(spec.width, spec.height);
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c) {
@@ -33,7 +35,8 @@ std::vector<uint8_t> to_srgb8(const Image& image, float exposure) {
     std::vector<uint8_t> bytes;
     bytes.reserve(image.pixels.size() * 3);
     for (const Rgb& pixel : image.pixels)
-        for (int c = 0; c < 3; ++c) bytes.push_back(uint8_t(std::lround(255.0f * srgb_encode(pixel[c] * exposure))));
+        for (int c = 0; c < 3; ++c)
+            bytes.push_back(uint8_t(std::lround(255.0f * srgb_encode(pixel[c] * exposure))));
     return bytes;
 }
 
@@ -61,12 +64,14 @@ float srgb_decode(float encoded) {
 void write_image(const std::filesystem::path& path, const Image& image, float exposure) {
     const std::string extension = path.extension().string();
     if (extension != ".exr" && extension != ".png")
-        throw UsageError(fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
+        throw UsageError(
+            fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
     write_atomically(path, [&](const std::filesystem::path& temporary) {
         const auto output = OIIO::ImageOutput::create(temporary.string());
         const bool exr = extension == ".exr";
-        OIIO::ImageSpec spec(image.width, image.height, 3, exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-        spec.attribute("DateTime", "1970:01:01 00:00:00");   // the same bytes whenever it is written
+        OIIO::ImageSpec spec(image.width, image.height, 3,
+                             exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+        spec.attribute("DateTime", "1970:01:01 00:00:00");  // the same bytes whenever it is written
         if (!output || !output->open(temporary.string(), spec) ||
             !(exr ? output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
                   : output->write_image(OIIO::TypeDesc::UINT8, to_srgb8(image, exposure).data())) ||
@@ -78,7 +83,8 @@ void write_image(const std::filesystem::path& path, const Image& image, float ex
 
 Image read_image(const std::filesystem::path& path) {
     const auto input = OIIO::ImageInput::open(path.string());
-    if (!input) throw Error(fmt::format("{}: the picture cannot be read: {}", path.string(), OIIO::geterror()));
+    if (!input)
+        throw Error(fmt::format("{}: the picture cannot be read: {}", path.string(), OIIO::geterror()));
     return decode(*input);
 }
 

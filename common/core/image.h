@@ -11,7 +11,7 @@ namespace pim {
 
 struct Image {
     int width = 0, height = 0;
-    std::vector<Rgb> pixels;   // row by row from the top
+    std::vector<Rgb> pixels;  // row by row from the top
 
     Image() = default;
     Image(int w, int h) : width(w), height(h), pixels(std::size_t(w) * h, Rgb(0)) {}
@@ -22,7 +22,7 @@ struct Image {
 // The factor that brings the picture's 98th percentile of luminance to 0.9; 1 for a black picture.
 float automatic_exposure(const Image& image);
 
-float srgb_encode(float linear);    // IEC 61966-2-1, clamped to [0,1]
+float srgb_encode(float linear);  // IEC 61966-2-1, clamped to [0,1]
 float srgb_decode(float encoded);
 
 // .exr: 32-bit float, linear, `exposure` not applied. .png: 8 bits, image * exposure, sRGB, clipped.

@@ -5,6 +5,10 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+#include <exception>
+#include <mutex>
+
 #include "common/core/interrupt.h"
 
 namespace pim {
@@ -22,10 +26,23 @@ int thread_count() {
 }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+    // An exception that leaves a body would cancel all loops inside the other bodies too, without a word,
+    // those of libraries included, and what they were writing would be garbage. So it is carried out by hand.
+    std::atomic<bool> failed = false;
+    std::exception_ptr first;
+    std::mutex mutex;
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        throw_if_interrupted();
-        body(i);
+        if (failed) return;
+        try {
+            throw_if_interrupted();
+            body(i);
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!first) first = std::current_exception();
+            failed = true;
+        }
     });
+    if (first) std::rethrow_exception(first);
 }
 
 }  // namespace pim

@@ -19,7 +19,10 @@ std::string duration_text(double seconds) {
 }  // namespace
 
 Progress::Progress(std::string what, uint64_t total)
-    : what_(std::move(what)), total_(total), start_(std::chrono::steady_clock::now()), next_show_(0.5),
+    : what_(std::move(what)),
+      total_(total),
+      start_(std::chrono::steady_clock::now()),
+      next_show_(0.5),
       terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
@@ -44,7 +47,8 @@ void Progress::show(uint64_t done) {
                                          duration_text(left));
     if (terminal_) {
         const int filled = int(30 * share);
-        fmt::print(stderr, "\r\033[K[{}{}] {}", std::string(filled, '#'), std::string(30 - filled, '.'), text);
+        fmt::print(stderr, "\r\033[K[{}{}] {}", std::string(filled, '#'), std::string(30 - filled, '.'),
+                   text);
         std::fflush(stderr);
     } else {
         log_info(text);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Progress of long work on stderr: a bar with the time left on a terminal, a plain line now and then elsewhere.
+// Progress of long work on stderr: a bar with the time left on a terminal, a plain line now and then
+// elsewhere.
 #pragma once
 
 #include <atomic>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Counter-based random numbers: Philox4x32-10 (Salmon, Moraes, Dror, Shaw: Parallel Random Numbers: As Easy as
-// 1, 2, 3, SC 2011). A stream is a pure function of (seed, purpose, index): no state is shared between threads.
+// Counter-based random numbers: Philox4x32-10 (Salmon, Moraes, Dror, Shaw: Parallel Random Numbers: As Easy
+// as 1, 2, 3, SC 2011). A stream is a pure function of (seed, purpose, index): no state is shared between
+// threads.
 #pragma once
 
 #include <array>
@@ -13,8 +14,8 @@ inline std::array<uint32_t, 4> philox4x32(std::array<uint32_t, 4> counter, std::
     for (int round = 0; round < 10; ++round) {
         const uint64_t a = uint64_t{0xD2511F53u} * counter[0];
         const uint64_t b = uint64_t{0xCD9E8D57u} * counter[2];
-        counter = {uint32_t(b >> 32) ^ counter[1] ^ key[0], uint32_t(b), uint32_t(a >> 32) ^ counter[3] ^ key[1],
-                   uint32_t(a)};
+        counter = {uint32_t(b >> 32) ^ counter[1] ^ key[0], uint32_t(b),
+                   uint32_t(a >> 32) ^ counter[3] ^ key[1], uint32_t(a)};
         key[0] += 0x9E3779B9u;
         key[1] += 0xBB67AE85u;
     }
@@ -22,7 +23,15 @@ inline std::array<uint32_t, 4> philox4x32(std::array<uint32_t, 4> counter, std::
 }
 
 // What a stream is for: streams of different purposes never share numbers.
-enum class RandomPurpose : uint32_t { photons, reach, reach_lamp, render, reference, evaluation, light_image };
+enum class RandomPurpose : uint32_t {
+    photons,
+    reach,
+    reach_lamp,
+    render,
+    reference,
+    evaluation,
+    light_image
+};
 
 class RandomStream {
   public:

@@ -9,11 +9,11 @@
 
 namespace pim {
 
-using Vec3 = Imath::V3f;    // position, m, or direction
+using Vec3 = Imath::V3f;  // position, m, or direction
 using Vec3d = Imath::V3d;
 using Vec2 = Imath::V2f;
 using Index3 = Imath::V3i;
-using Rgb = Imath::V3f;     // linear, Rec. 709 primaries
+using Rgb = Imath::V3f;  // linear, Rec. 709 primaries
 using Box3 = Imath::Box3f;
 using Box3d = Imath::Box3d;
 

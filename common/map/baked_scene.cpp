@@ -20,8 +20,10 @@ BakedScene read_baked_scene(const std::filesystem::path& map_file,
     baked.scene = read_scene_text(baked.map.description, map_file.string() + " (description)", folder,
                                   {.photons = {}, .geometry = geometry_file});
     if (baked.scene.geometry_hash != baked.map.geometry_hash)
-        throw Error(fmt::format("{}: was baked from another geometry than {} holds now; bake again or give the right "
-                                "file with --geometry", map_file.string(), geometry_file.string()));
+        throw Error(
+            fmt::format("{}: was baked from another geometry than {} holds now; bake again or give the right "
+                        "file with --geometry",
+                        map_file.string(), geometry_file.string()));
     return baked;
 }
 

@@ -15,8 +15,8 @@ struct BakedScene {
     Scene scene;
 };
 
-// `geometry`: in place of the path kept in the map. Throws Error, also where the geometry is not the one that was
-// baked.
+// `geometry`: in place of the path kept in the map. Throws Error, also where the geometry is not the one that
+// was baked.
 BakedScene read_baked_scene(const std::filesystem::path& map_file,
                             const std::optional<std::filesystem::path>& geometry);
 

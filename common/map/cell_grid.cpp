@@ -12,10 +12,10 @@ namespace pim {
 namespace {
 
 constexpr int kNotTied = INT32_MIN;
-constexpr double kFlat = 1e-3;     // a triangle thinner than this along an axis lies flat there, in cells
-constexpr double kShift = 1e-2;    // ... and is tied to the cell so far in front of it
-constexpr double kBorder = 1e-4;   // places so far outside the grid still count as on its border, in cells
-constexpr int kMostCells = 4096;   // per axis
+constexpr double kFlat = 1e-3;    // a triangle thinner than this along an axis lies flat there, in cells
+constexpr double kShift = 1e-2;   // ... and is tied to the cell so far in front of it
+constexpr double kBorder = 1e-4;  // places so far outside the grid still count as on its border, in cells
+constexpr int kMostCells = 4096;  // per axis
 constexpr float kFacingThreshold = 0.02f;
 
 bool overlaps(const Box3& a, const Box3& b) {
@@ -50,8 +50,10 @@ CellGrid make_grid(const Scene& scene) {
     for (int axis = 0; axis < 3; ++axis) {
         const double cells = std::max(1.0, std::ceil(extent[axis] / grid.cell_size - 1e-4));
         if (cells > kMostCells)
-            throw Error(fmt::format("{}: [grid] gives {:.0f} cells along {}, more than {}; make cells larger or set "
-                                    "bounds", where, cells, "xyz"[axis], kMostCells));
+            throw Error(
+                fmt::format("{}: [grid] gives {:.0f} cells along {}, more than {}; make cells larger or set "
+                            "bounds",
+                            where, cells, "xyz"[axis], kMostCells));
         grid.size[axis] = int(cells);
     }
     return grid;
@@ -95,8 +97,10 @@ SurfaceCells::SurfaceCells(const CellGrid& grid, const Geometry& geometry) : gri
                 const double middle = 0.5 * (double(box.min[axis]) + double(box.max[axis]));
                 const auto on_border = fine_index(middle, axis);
                 const auto shifted = fine_index(middle + towards * kShift * grid.cell_size, axis);
-                if (on_border) tie = shifted.value_or(*on_border);
-                else tie = -1;
+                if (on_border)
+                    tie = shifted.value_or(*on_border);
+                else
+                    tie = -1;
             }
     }
 }
@@ -132,12 +136,14 @@ PatchIndex::PatchIndex(const CellGrid& grid, const std::vector<Patch>& patches) 
     brick_start_.assign(std::size_t(bricks_.x) * bricks_.y * bricks_.z, -1);
     for (std::size_t p = 0; p < patches.size(); ++p) {
         const Index3& c = patches[p].cell;
-        int32_t& start = brick_start_[(std::size_t(c.x / kBrick) * bricks_.y + c.y / kBrick) * bricks_.z + c.z / kBrick];
+        int32_t& start =
+            brick_start_[(std::size_t(c.x / kBrick) * bricks_.y + c.y / kBrick) * bricks_.z + c.z / kBrick];
         if (start < 0) {
             start = int32_t(cell_number_.size());
             cell_number_.resize(cell_number_.size() + kBrick * kBrick * kBrick, -1);
         }
-        int32_t& number = cell_number_[start + (c.x % kBrick * kBrick + c.y % kBrick) * kBrick + c.z % kBrick];
+        int32_t& number =
+            cell_number_[start + (c.x % kBrick * kBrick + c.y % kBrick) * kBrick + c.z % kBrick];
         if (number < 0) {
             number = int32_t(cells_.size());
             cells_.emplace_back().fill(-1);
@@ -151,7 +157,8 @@ const std::array<int32_t, kSlotCount>* PatchIndex::find_cell(const Index3& c) co
     const int32_t start =
         brick_start_[(std::size_t(c.x / kBrick) * bricks_.y + c.y / kBrick) * bricks_.z + c.z / kBrick];
     if (start < 0) return nullptr;
-    const int32_t number = cell_number_[start + (c.x % kBrick * kBrick + c.y % kBrick) * kBrick + c.z % kBrick];
+    const int32_t number =
+        cell_number_[start + (c.x % kBrick * kBrick + c.y % kBrick) * kBrick + c.z % kBrick];
     return number < 0 ? nullptr : &cells_[number];
 }
 

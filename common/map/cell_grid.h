@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The uniform grid of cells, and the patches in it: a patch is the part of one cell's surface that faces one way. A
-// map holds one polynomial per patch.
+// The uniform grid of cells, and the patches in it: a patch is the part of one cell's surface that faces one
+// way. A map holds one polynomial per patch.
 //
-// Surfaces facing between the axes belong to up to three facings at once, by weights that add to 1, so that nothing
-// jumps where a curved surface turns from one facing to the next.
+// Surfaces facing between the axes belong to up to three facings at once, by weights that add to 1, so that
+// nothing jumps where a curved surface turns from one facing to the next.
 #pragma once
 
 #include <array>
@@ -18,19 +18,19 @@
 
 namespace pim {
 
-inline constexpr int kFacingCount = 6;   // px nx py ny pz nz; without facings, all surface is facing 0
+inline constexpr int kFacingCount = 6;  // px nx py ny pz nz; without facings, all surface is facing 0
 
-// Where surfaces of one cell and facing stand one behind the other with a gap between (a board before its wall), they
-// are two patches: the one in front and the one behind. A slot is a facing, of either layer.
-inline constexpr int kSlotCount = 2 * kFacingCount;   // slot = facing + kFacingCount · (is behind)
+// Where surfaces of one cell and facing stand one behind the other with a gap between (a board before its
+// wall), they are two patches: the one in front and the one behind. A slot is a facing, of either layer.
+inline constexpr int kSlotCount = 2 * kFacingCount;  // slot = facing + kFacingCount · (is behind)
 
 // Cells are divided so many times per axis where it has to be decided which surface light can reach.
 inline constexpr int kFinePerCell = 4;
 
 struct CellGrid {
-    Vec3d origin{0};      // local: corner of cell (0,0,0), m
-    double cell_size = 1; // m
-    Index3 size{1};       // cells per axis
+    Vec3d origin{0};       // local: corner of cell (0,0,0), m
+    double cell_size = 1;  // m
+    Index3 size{1};        // cells per axis
     bool facings = true;
 
     Vec3d corner(const Index3& cell) const { return origin + Vec3d(cell) * cell_size; }
@@ -44,17 +44,19 @@ struct CellGrid {
 // Throws Error: no surface in the bounds, a grid too fine to address (more than 4096 cells on an axis).
 CellGrid make_grid(const Scene& scene);
 
-std::string slot_name(const CellGrid& grid, int slot);   // "px" ... "nz", "px_behind" ... "nz_behind", or "all"
+std::string slot_name(const CellGrid& grid,
+                      int slot);  // "px" ... "nz", "px_behind" ... "nz_behind", or "all"
 
 struct FacingWeights {
-    std::array<float, kFacingCount> weight{};   // sum 1
+    std::array<float, kFacingCount> weight{};  // sum 1
 };
-// By the squared components of a unit normal, less a small threshold so that surfaces within 8 degrees of an axis
-// count for that axis alone.
+// By the squared components of a unit normal, less a small threshold so that surfaces within 8 degrees of an
+// axis count for that axis alone.
 FacingWeights facing_weights(const CellGrid& grid, const Vec3& normal);
 
-// Which fine cell (kFinePerCell per cell and axis) a place on a triangle belongs to. A triangle that lies flat in one
-// layer of cells is tied to one index on that axis, chosen on its lit side, whatever its points' last bits say.
+// Which fine cell (kFinePerCell per cell and axis) a place on a triangle belongs to. A triangle that lies
+// flat in one layer of cells is tied to one index on that axis, chosen on its lit side, whatever its points'
+// last bits say.
 class SurfaceCells {
   public:
     SurfaceCells(const CellGrid& grid, const Geometry& geometry);
@@ -67,7 +69,7 @@ class SurfaceCells {
 
   private:
     CellGrid grid_;
-    std::vector<std::array<int32_t, 6>> ties_;   // [triangle][3 * side + axis]
+    std::vector<std::array<int32_t, 6>> ties_;  // [triangle][3 * side + axis]
 };
 
 inline Index3 cell_of_fine(const Index3& fine) {
@@ -77,8 +79,8 @@ inline Index3 cell_of_fine(const Index3& fine) {
 struct Patch {
     Index3 cell;
     int slot;
-    float area;      // m², that counts
-    Vec3 centre;     // centroid of that area, from the cell's centre, m
+    float area;   // m², that counts
+    Vec3 centre;  // centroid of that area, from the cell's centre, m
 };
 
 // Patches by cell and slot. Patches are sorted by cell (x slowest), then slot.
@@ -97,8 +99,8 @@ class PatchIndex {
   private:
     static constexpr int kBrick = 8;
     Index3 size_{0}, bricks_{0};
-    std::vector<int32_t> brick_start_;                             // -1: no cell in the brick
-    std::vector<int32_t> cell_number_;                             // per brick, 8³; -1: no patch
+    std::vector<int32_t> brick_start_;  // -1: no cell in the brick
+    std::vector<int32_t> cell_number_;  // per brick, 8³; -1: no patch
     std::vector<std::array<int32_t, kSlotCount>> cells_;
 };
 

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;
 
-void add_box(const Polynomials& p, const std::array<float, kTermCount>& m, const Rgb& power, std::vector<Rgb>& sum) {
+void add_box(const Polynomials& p, const std::array<float, kTermCount>& m, const Rgb& power,
+             std::vector<Rgb>& sum) {
     const std::size_t terms = p.terms.size();
     parallel_for((sum.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         const std::size_t end = std::min(sum.size(), (block + 1) * kBlock);
@@ -56,16 +57,22 @@ std::size_t drop_dark_patches(IlluminationMap& map) {
     return before - map.patches.size();
 }
 
-bool IlluminationMap::has(Component component) const { return std::ranges::find(components, component) != components.end(); }
+bool IlluminationMap::has(Component component) const {
+    return std::ranges::find(components, component) != components.end();
+}
 
-void check_in_domain(const std::string& light, const Box3& domain, const Vec3& position, const Vec3d& origin) {
+void check_in_domain(const std::string& light, const Box3& domain, const Vec3& position,
+                     const Vec3d& origin) {
     const float rounding = 1e-5f * std::max(1.0f, (domain.max - domain.min).length());
     for (int axis = 0; axis < 3; ++axis)
-        if (!(position[axis] >= domain.min[axis] - rounding && position[axis] <= domain.max[axis] + rounding)) {
-            const Vec3d p = Vec3d(position) + origin, a = Vec3d(domain.min) + origin, b = Vec3d(domain.max) + origin;
-            throw UsageError(fmt::format("light '{}' at {:.6g},{:.6g},{:.6g} is outside its domain: the map knows it "
-                                         "from {:.6g},{:.6g},{:.6g} to {:.6g},{:.6g},{:.6g}",
-                                         light, p.x, p.y, p.z, a.x, a.y, a.z, b.x, b.y, b.z));
+        if (!(position[axis] >= domain.min[axis] - rounding &&
+              position[axis] <= domain.max[axis] + rounding)) {
+            const Vec3d p = Vec3d(position) + origin, a = Vec3d(domain.min) + origin,
+                        b = Vec3d(domain.max) + origin;
+            throw UsageError(
+                fmt::format("light '{}' at {:.6g},{:.6g},{:.6g} is outside its domain: the map knows it "
+                            "from {:.6g},{:.6g},{:.6g} to {:.6g},{:.6g},{:.6g}",
+                            light, p.x, p.y, p.z, a.x, a.y, a.z, b.x, b.y, b.z));
         }
 }
 
@@ -74,7 +81,7 @@ std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component componen
     std::vector<Rgb> sum(map.patches.size(), Rgb(0));
     for (std::size_t l = 0; l < lights.size(); ++l) {
         const MapLight& light = map.lights[l];
-        check_in_domain(light.name, light.domain, lights[l].position, Vec3d(0));
+        check_in_domain(light.name, light.domain, lights[l].position, map.origin);
         const Vec3d position(lights[l].position);
         const std::vector<double> weights = box_weights(light.boxes, position);
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The baked result: for each patch of the scene and each box of each lamp's domain, a cubic of the lamp's position
-// that gives the patch's irradiance per watt.
+// The baked result: for each patch of the scene and each box of each lamp's domain, a cubic of the lamp's
+// position that gives the patch's irradiance per watt.
 #pragma once
 
 #include <array>
@@ -16,35 +16,37 @@
 namespace pim {
 
 struct Polynomials {
-    std::vector<int> terms;             // those that are stored, in equation (7)'s order
-    std::vector<float> coefficients;    // [patch][term][channel], W/m² per watt and channel
-    std::vector<float> residuals;       // [patch] root mean square misfit over the samples, W/m² per watt
+    std::vector<int> terms;           // those that are stored, in equation (7)'s order
+    std::vector<float> coefficients;  // [patch][term][channel], W/m² per watt and channel
+    std::vector<float> residuals;     // [patch] root mean square misfit over the samples, W/m² per watt
 };
 
 // What the fit of one box was given and how well it was posed.
 struct FitStatistics {
     int samples = 0;
-    int rank = 0;                       // terms that the samples determine
+    int rank = 0;  // terms that the samples determine
     double condition_number = 1;
 };
 
 struct MapLight {
     std::string name;
-    Box3 domain;                        // local, m
+    Box3 domain;  // local, m
     std::vector<MapBox> boxes;
-    std::vector<FitStatistics> fits;                                              // per box
-    std::vector<std::array<std::optional<Polynomials>, kComponentCount>> polynomials;   // per box, by component
+    std::vector<FitStatistics> fits;  // per box
+    std::vector<std::array<std::optional<Polynomials>, kComponentCount>>
+        polynomials;  // per box, by component
 };
 
 struct IlluminationMap {
+    Vec3d origin{0};  // of local positions, world space, m
     CellGrid grid;
-    std::vector<Patch> patches;         // sorted by patch_before
+    std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
-    bool grey = false;                  // one channel stands for three
+    bool grey = false;  // one channel stands for three
     std::vector<Component> components;
     std::vector<MapLight> lights;
-    std::string description;            // the scene description that was baked
-    std::string geometry_path;          // relative to the map
+    std::string description;    // the scene description that was baked
+    std::string geometry_path;  // relative to the map
     std::string geometry_hash;
     std::vector<std::string> left_out;  // what the scene did not need, in words
 
@@ -56,8 +58,8 @@ std::size_t drop_dark_patches(IlluminationMap& map);
 
 // A lamp as it stands in a picture.
 struct LightState {
-    Vec3 position;       // local
-    Rgb power;           // W per channel, gain applied
+    Vec3 position;  // local
+    Rgb power;      // W per channel, gain applied
 };
 
 // Irradiance of every patch by the given component under all lamps, W/m², negative values cut to 0.

@@ -47,7 +47,8 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
                 continue;
             }
             // Of two layers the nearer counts: shares by the squared distances from the tangent plane.
-            const float a = distance(front) * distance(front) + 1e-6f, b = distance(behind) * distance(behind) + 1e-6f;
+            const float a = distance(front) * distance(front) + 1e-6f,
+                        b = distance(behind) * distance(behind) + 1e-6f;
             add(front, b / (a + b));
             add(behind, a / (a + b));
         }

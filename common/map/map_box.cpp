@@ -25,7 +25,8 @@ Vec3d MapBox::normalised(const Vec3d& light) const {
 
 bool MapBox::contains(const Vec3d& light) const {
     for (int axis = 0; axis < 3; ++axis)
-        if (half[axis] > 0 && std::abs(light[axis] - centre[axis]) > half[axis] * (1 + kRounding)) return false;
+        if (half[axis] > 0 && std::abs(light[axis] - centre[axis]) > half[axis] * (1 + kRounding))
+            return false;
     return true;
 }
 
@@ -33,8 +34,10 @@ double MapBox::weight(const Vec3d& light) const {
     if (!contains(light)) return 0;
     double product = 1;
     for (int axis = 0; axis < 3; ++axis) {
-        if (overlap_low[axis] > 0) product *= ramp(light[axis] - (centre[axis] - half[axis]), overlap_low[axis]);
-        if (overlap_high[axis] > 0) product *= ramp(centre[axis] + half[axis] - light[axis], overlap_high[axis]);
+        if (overlap_low[axis] > 0)
+            product *= ramp(light[axis] - (centre[axis] - half[axis]), overlap_low[axis]);
+        if (overlap_high[axis] > 0)
+            product *= ramp(centre[axis] + half[axis] - light[axis], overlap_high[axis]);
     }
     return product;
 }
@@ -47,7 +50,8 @@ std::vector<MapBox> split_domain(const Box3& domain, const Index3& divisions) {
             for (k.z = 0; k.z < divisions.z; ++k.z) {
                 MapBox box;
                 for (int axis = 0; axis < 3; ++axis) {
-                    const double low = domain.min[axis], width = (double(domain.max[axis]) - low) / divisions[axis];
+                    const double low = domain.min[axis],
+                                 width = (double(domain.max[axis]) - low) / divisions[axis];
                     const double overlap = kOverlap * width;
                     const bool first = k[axis] == 0, last = k[axis] == divisions[axis] - 1;
                     box.overlap_low[axis] = first ? 0 : overlap;

@@ -10,11 +10,11 @@
 namespace pim {
 
 struct MapBox {
-    Vec3d centre{0}, half{0};           // local, m; half includes the overlap; 0 on an axis without movement
-    Vec3d overlap_low{0}, overlap_high{0};   // width shared with the neighbour there; 0 at an outer border
+    Vec3d centre{0}, half{0};  // local, m; half includes the overlap; 0 on an axis without movement
+    Vec3d overlap_low{0}, overlap_high{0};  // width shared with the neighbour there; 0 at an outer border
 
-    Vec3d normalised(const Vec3d& light_position) const;      // u in [-1,1]³
-    bool contains(const Vec3d& light_position) const;         // up to a rounding of 1e-6 of half
+    Vec3d normalised(const Vec3d& light_position) const;  // u in [-1,1]³
+    bool contains(const Vec3d& light_position) const;     // up to a rounding of 1e-6 of half
     // Product over the axes of smoothstep ramps (C¹) across the overlaps; 1 inside, 0 outside.
     double weight(const Vec3d& light_position) const;
     std::array<bool, 3> moves() const { return {half.x > 0, half.y > 0, half.z > 0}; }

@@ -15,7 +15,8 @@ namespace {
 
 std::string term_grid(const std::string& stem, int term) { return fmt::format("{}/a{:02}", stem, term); }
 
-std::string stem_of(const std::string& light, std::size_t box, Component component, const std::string& facing) {
+std::string stem_of(const std::string& light, std::size_t box, Component component,
+                    const std::string& facing) {
     return fmt::format("{}/b{}/{}/{}", light, box, name(component), facing);
 }
 
@@ -52,12 +53,14 @@ void for_each_grid(const IlluminationMap& map, const PatchGridVisitor& visit) {
                     const Polynomials& p = *light.polynomials[b][int(component)];
                     const std::string stem = stem_of(light.name, b, component, facing);
                     for (std::size_t t = 0; t < p.terms.size(); ++t) {
-                        const GridToWrite grid = term_values(map, term_grid(stem, p.terms[t]), p, t, facings[f]);
+                        const GridToWrite grid =
+                            term_values(map, term_grid(stem, p.terms[t]), p, t, facings[f]);
                         if (p.terms[t] == kConstantTerm || !all_zero(grid.values))
                             visit(grid.name, facings[f].cells, grid.values, grid.channels);
                     }
                     GridToWrite residual{stem + "/residual", {}, 1};
-                    for (const uint32_t patch : facings[f].patches) residual.values.push_back(p.residuals[patch]);
+                    for (const uint32_t patch : facings[f].patches)
+                        residual.values.push_back(p.residuals[patch]);
                     visit(residual.name, facings[f].cells, residual.values, residual.channels);
                 }
     }
@@ -79,15 +82,15 @@ std::vector<std::string> split(const std::string& text) {
     return lines;
 }
 
-VdbMetadata metadata_of(const IlluminationMap& map, const Vec3d& origin, const std::vector<std::string>& grids) {
+VdbMetadata metadata_of(const IlluminationMap& map, const std::vector<std::string>& grids) {
     VdbMetadata m;
     m["format_version"] = int64_t{kFormatVersion};
     m["program_version"] = std::string(kVersion);
     m["scene"] = map.description;
     m["geometry"] = map.geometry_path;
     m["geometry_hash"] = map.geometry_hash;
-    m["origin"] = origin;
-    m["grid_corner"] = map.grid.origin + origin;
+    m["origin"] = map.origin;
+    m["grid_corner"] = map.grid.origin + map.origin;
     m["grid_local_corner"] = map.grid.origin;
     m["grid_cell_size"] = map.grid.cell_size;
     m["grid_size"] = Vec3d(map.grid.size);
@@ -111,7 +114,8 @@ VdbMetadata metadata_of(const IlluminationMap& map, const Vec3d& origin, const s
             m[box_key + "rank"] = double(light.fits[b].rank);
             m[box_key + "condition_number"] = light.fits[b].condition_number;
             std::string terms;
-            for (const int term : light.polynomials[b][int(map.components[0])]->terms) terms += fmt::format("a{:02}\n", term);
+            for (const int term : light.polynomials[b][int(map.components[0])]->terms)
+                terms += fmt::format("a{:02}\n", term);
             m[box_key + "terms"] = terms;
         }
     }
@@ -137,10 +141,11 @@ Polynomials read_polynomials(const VdbReader& file, const IlluminationMap& map, 
         if (facings[f].cells.empty()) continue;
         const std::string stem = stem_of(light, box, component, slot_name(map.grid, f));
         for (std::size_t t = 0; t < terms.size(); ++t) {
-            if (!file.has(term_grid(stem, terms[t]))) continue;   // checked against the list: all zero
+            if (!file.has(term_grid(stem, terms[t]))) continue;  // checked against the list: all zero
             const auto values = file.values(term_grid(stem, terms[t]), facings[f].cells, 3);
             for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
-                std::copy_n(&values[3 * i], 3, &p.coefficients[(facings[f].patches[i] * terms.size() + t) * 3]);
+                std::copy_n(&values[3 * i], 3,
+                            &p.coefficients[(facings[f].patches[i] * terms.size() + t) * 3]);
         }
         const auto residuals = file.values(stem + "/residual", facings[f].cells, 1);
         for (std::size_t i = 0; i < residuals.size(); ++i) p.residuals[facings[f].patches[i]] = residuals[i];
@@ -159,7 +164,8 @@ MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std
         light.fits.push_back({int(file.number(box_key + "samples")), int(file.number(box_key + "rank")),
                               file.number(box_key + "condition_number")});
         std::vector<int> terms;
-        for (const std::string& term : split(file.text(box_key + "terms"))) terms.push_back(std::stoi(term.substr(1)));
+        for (const std::string& term : split(file.text(box_key + "terms")))
+            terms.push_back(std::stoi(term.substr(1)));
         auto& polynomials = light.polynomials.emplace_back();
         for (const Component c : map.components)
             polynomials[int(c)] = read_polynomials(file, map, terms, light_name, b, c);
@@ -171,12 +177,12 @@ void check_complete(const VdbReader& file, const std::filesystem::path& path) {
     if (!file.metadata().contains("format_version"))
         throw Error(fmt::format("{}: is no map; give the file that `bake run` wrote", path.string()));
     if (file.integer("format_version") != kFormatVersion)
-        throw Error(fmt::format("{}: has format version {}, this program reads {}; bake it again", path.string(),
-                                file.integer("format_version"), kFormatVersion));
+        throw Error(fmt::format("{}: has format version {}, this program reads {}; bake it again",
+                                path.string(), file.integer("format_version"), kFormatVersion));
     for (const std::string& grid : split(file.text("grids")))
-        if (!file.has(grid)) throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), grid));
+        if (!file.has(grid))
+            throw Error(fmt::format("{}: the grid {} is missing; bake it again", path.string(), grid));
 }
-
 
 }  // namespace
 
@@ -198,7 +204,8 @@ std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid) {
         const auto areas = file.values(area, cells, 1);
         const auto centres = file.values("centre/" + slot_name(grid, f), cells, 3);
         for (std::size_t i = 0; i < cells.size(); ++i)
-            patches.push_back({cells[i], f, areas[i], {centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]}});
+            patches.push_back(
+                {cells[i], f, areas[i], {centres[3 * i], centres[3 * i + 1], centres[3 * i + 2]}});
     }
     std::ranges::sort(patches, patch_before);
     return patches;
@@ -222,11 +229,13 @@ VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin) {
     return {origin + grid.centre({0, 0, 0}), grid.cell_size};
 }
 
-void write_map(const std::filesystem::path& path, const IlluminationMap& map, const Vec3d& origin) {
+void write_map(const std::filesystem::path& path, const IlluminationMap& map) {
     std::vector<std::string> grids;
-    for_each_grid(map, [&](const std::string& grid, const auto&, const auto&, int) { grids.push_back(grid); });
+    for_each_grid(map,
+                  [&](const std::string& grid, const auto&, const auto&, int) { grids.push_back(grid); });
     write_atomically(path, [&](const std::filesystem::path& temporary) {
-        VdbWriter writer(temporary, metadata_of(map, origin, grids), transform_of(map.grid, origin), int(grids.size()));
+        VdbWriter writer(temporary, metadata_of(map, grids), transform_of(map.grid, map.origin),
+                         int(grids.size()));
         for_each_grid(map, [&](const auto& grid, const auto& cells, const auto& values, int channels) {
             writer.add(grid, cells, values, channels);
         });
@@ -238,6 +247,7 @@ IlluminationMap read_map(const std::filesystem::path& path) {
     const VdbReader file(path);
     check_complete(file, path);
     IlluminationMap map;
+    map.origin = file.vector("origin");
     map.grid.origin = file.vector("grid_local_corner");
     map.grid.cell_size = file.number("grid_cell_size");
     map.grid.size = Index3(file.vector("grid_size"));
@@ -248,10 +258,12 @@ IlluminationMap read_map(const std::filesystem::path& path) {
     map.geometry_hash = file.text("geometry_hash");
     map.left_out = split(file.text("left_out"));
     for (const std::string& component : split(file.text("components")))
-        map.components.push_back(component == name(Component::direct) ? Component::direct : Component::indirect);
+        map.components.push_back(component == name(Component::direct) ? Component::direct
+                                                                      : Component::indirect);
     map.patches = read_patches(file, map.grid);
     map.index = PatchIndex(map.grid, map.patches);
-    for (const std::string& light : split(file.text("lights"))) map.lights.push_back(read_light(file, map, light));
+    for (const std::string& light : split(file.text("lights")))
+        map.lights.push_back(read_light(file, map, light));
     return map;
 }
 

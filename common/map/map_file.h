@@ -12,8 +12,8 @@ namespace pim {
 
 inline constexpr int kFormatVersion = 1;
 
-// `origin`: of the geometry, world space. Atomic; same map, same bytes. Throws Error.
-void write_map(const std::filesystem::path& path, const IlluminationMap& map, const Vec3d& origin);
+// Atomic; same map, same bytes. Throws Error.
+void write_map(const std::filesystem::path& path, const IlluminationMap& map);
 
 // Throws Error: no map, another format version, grids missing.
 IlluminationMap read_map(const std::filesystem::path& path);
@@ -22,7 +22,7 @@ IlluminationMap read_map(const std::filesystem::path& path);
 using PatchGridVisitor = std::function<void(const std::string& name, const std::vector<Index3>& cells,
                                             const std::vector<float>& values, int channels)>;
 void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, const PatchGridVisitor& write);
-std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid);   // sorted by patch_before
+std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid);  // sorted by patch_before
 
 // World-space transform of a cell grid's centres.
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin);

@@ -3,10 +3,10 @@
 
 namespace pim {
 
-const std::array<std::array<int, 3>, kTermCount> kExponents = {{{2, 1, 0}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {0, 1, 2},
-                                                                {2, 0, 1}, {1, 1, 1}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3},
-                                                                {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 0}, {0, 1, 1},
-                                                                {1, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
+const std::array<std::array<int, 3>, kTermCount> kExponents = {
+    {{2, 1, 0}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {0, 1, 2}, {2, 0, 1}, {1, 1, 1},
+     {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 0},
+     {0, 1, 1}, {1, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 
 namespace {
 
@@ -49,7 +49,8 @@ std::array<double, kTermCount> chebyshev_in_monomials(int term) {
     for (int i = 0; i <= e[0]; ++i)
         for (int j = 0; j <= e[1]; ++j)
             for (int k = 0; k <= e[2]; ++k)
-                coefficients[term_with(i, j, k)] += kChebyshev[e[0]][i] * kChebyshev[e[1]][j] * kChebyshev[e[2]][k];
+                coefficients[term_with(i, j, k)] +=
+                    kChebyshev[e[0]][i] * kChebyshev[e[1]][j] * kChebyshev[e[2]][k];
     return coefficients;
 }
 

@@ -23,15 +23,16 @@ inline int degree(int term) { return kExponents[term][0] + kExponents[term][1] +
 template <class T>
 std::array<T, kTermCount> monomials(const Imath::Vec3<T>& u) {
     const T x = u.x, y = u.y, z = u.z;
-    return {x * x * y, y * y * z, z * z * x, x * y * y, y * z * z, z * x * x, x * y * z, x * x * x, y * y * y, z * z * z,
-            x * x, y * y, z * z, x * y, y * z, z * x, x, y, z, T(1)};
+    return {x * x * y, y * y * z, z * z * x, x * y * y, y * z * z, z * x * x, x * y * z,
+            x * x * x, y * y * y, z * z * z, x * x,     y * y,     z * z,     x * y,
+            y * z,     z * x,     x,         y,         z,         T(1)};
 }
 
 // The terms of at most `highest_degree` in the axes along which the lamp moves, in equation (7)'s order.
 std::vector<int> terms_of(int highest_degree, const std::array<bool, 3>& moves);
 
-// Products of Chebyshev polynomials T_i(x) T_j(y) T_k(z), one for each term's exponents (i, j, k): the basis in which
-// the fit is well conditioned.
+// Products of Chebyshev polynomials T_i(x) T_j(y) T_k(z), one for each term's exponents (i, j, k): the basis
+// in which the fit is well conditioned.
 std::array<double, kTermCount> chebyshev_products(const Vec3d& u);
 
 // The twenty monomial coefficients of the product that belongs to `term`.

@@ -32,9 +32,12 @@ openvdb::Coord to_coord(const Index3& c) { return {c.x, c.y, c.z}; }
 openvdb::MetaMap to_openvdb(const VdbMetadata& metadata) {
     openvdb::MetaMap map;
     for (const auto& [key, value] : metadata) {
-        if (const auto* text = std::get_if<std::string>(&value)) map.insertMeta(key, openvdb::StringMetadata(*text));
-        if (const auto* number = std::get_if<double>(&value)) map.insertMeta(key, openvdb::DoubleMetadata(*number));
-        if (const auto* count = std::get_if<int64_t>(&value)) map.insertMeta(key, openvdb::Int64Metadata(*count));
+        if (const auto* text = std::get_if<std::string>(&value))
+            map.insertMeta(key, openvdb::StringMetadata(*text));
+        if (const auto* number = std::get_if<double>(&value))
+            map.insertMeta(key, openvdb::DoubleMetadata(*number));
+        if (const auto* count = std::get_if<int64_t>(&value))
+            map.insertMeta(key, openvdb::Int64Metadata(*count));
         if (const auto* v = std::get_if<Vec3d>(&value))
             map.insertMeta(key, openvdb::Vec3DMetadata(openvdb::Vec3d(v->x, v->y, v->z)));
     }
@@ -107,7 +110,8 @@ void check_trailer(const std::filesystem::path& path) {
         file.read(end.data(), std::streamsize(kTrailerLength));
     }
     if (end != trailer_of(length))
-        throw Error(fmt::format("{}: was not made by `bake`, or has been cut short; bake it again", path.string()));
+        throw Error(
+            fmt::format("{}: was not made by `bake`, or has been cut short; bake it again", path.string()));
 }
 
 // Overwrites OpenVDB's random identifier by a hash of all other bytes, in the same 8-4-4-4-12 form.
@@ -124,8 +128,8 @@ void identify_by_content(const std::filesystem::path& path) {
     }
     file.clear();
     const std::string h = hash.hex();
-    const std::string identifier =
-        h.substr(0, 8) + "-" + h.substr(8, 4) + "-" + h.substr(12, 4) + "-" + h.substr(16, 4) + "-" + h.substr(20, 12);
+    const std::string identifier = h.substr(0, 8) + "-" + h.substr(8, 4) + "-" + h.substr(12, 4) + "-" +
+                                   h.substr(16, 4) + "-" + h.substr(20, 12);
     file.seekp(kIdentifierStart);
     file.write(identifier.data(), std::streamsize(identifier.size()));
     if (!file.flush()) throw Error(fmt::format("{}: cannot be written; is the disk full?", path.string()));
@@ -141,8 +145,8 @@ struct VdbWriter::Implementation {
     int missing;
 };
 
-VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata, const VdbTransform& transform,
-                     int grid_count)
+VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata,
+                     const VdbTransform& transform, int grid_count)
     : implementation_(std::make_unique<Implementation>()) {
     initialise();
     Implementation& i = *implementation_;
@@ -151,7 +155,8 @@ VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metad
     i.file.open(path, std::ios::binary);
     if (!i.file) throw Error(fmt::format("{}: cannot be written", path.string()));
     i.transform = openvdb::math::Transform::createLinearTransform(transform.voxel_size);
-    i.transform->postTranslate({transform.first_centre.x, transform.first_centre.y, transform.first_centre.z});
+    i.transform->postTranslate(
+        {transform.first_centre.x, transform.first_centre.y, transform.first_centre.z});
     i.stream = std::make_unique<GridStream>(i.file, to_openvdb(metadata), grid_count);
 }
 
@@ -160,7 +165,8 @@ VdbWriter::~VdbWriter() = default;
 void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& v,
                     int channels) {
     openvdb::GridBase::Ptr grid;
-    if (channels == 1) grid = make_grid<FloatGrid>(cells, [&](std::size_t i) { return v[i]; });
+    if (channels == 1)
+        grid = make_grid<FloatGrid>(cells, [&](std::size_t i) { return v[i]; });
     else
         grid = make_grid<Vec3SGrid>(
             cells, [&](std::size_t i) { return openvdb::Vec3s(v[3 * i], v[3 * i + 1], v[3 * i + 2]); });
@@ -194,14 +200,16 @@ struct VdbReader::Implementation {
     }
 };
 
-VdbReader::VdbReader(const std::filesystem::path& path) : implementation_(std::make_unique<Implementation>()) {
+VdbReader::VdbReader(const std::filesystem::path& path)
+    : implementation_(std::make_unique<Implementation>()) {
     initialise();
     implementation_->path = path;
-    if (!std::filesystem::is_regular_file(path)) throw Error(fmt::format("{}: there is no such file", path.string()));
+    if (!std::filesystem::is_regular_file(path))
+        throw Error(fmt::format("{}: there is no such file", path.string()));
     check_trailer(path);
     try {
         implementation_->file = std::make_unique<openvdb::io::File>(path.string());
-        implementation_->file->setCopyMaxBytes(0);   // map the file, however small: never copy it
+        implementation_->file->setCopyMaxBytes(0);  // map the file, however small: never copy it
         implementation_->file->open(/*delayLoad=*/true);
         implementation_->metadata = from_openvdb(*implementation_->file->getMetadata());
     } catch (const std::exception& e) {
@@ -229,12 +237,15 @@ std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
             cells.push_back({it.getCoord().x(), it.getCoord().y(), it.getCoord().z()});
     };
     const auto grid = implementation_->read(name);
-    if (grid->isType<FloatGrid>()) collect(static_cast<const FloatGrid&>(*grid));
-    else collect(static_cast<const Vec3SGrid&>(*grid));
+    if (grid->isType<FloatGrid>())
+        collect(static_cast<const FloatGrid&>(*grid));
+    else
+        collect(static_cast<const Vec3SGrid&>(*grid));
     return cells;
 }
 
-std::vector<float> VdbReader::values(const std::string& name, const std::vector<Index3>& cells, int channels) const {
+std::vector<float> VdbReader::values(const std::string& name, const std::vector<Index3>& cells,
+                                     int channels) const {
     std::vector<float> values;
     values.reserve(cells.size() * channels);
     const auto grid = implementation_->read(name);
@@ -256,14 +267,23 @@ template <class T>
 T get(const VdbMetadata& metadata, const std::string& key, const std::filesystem::path& path) {
     const auto found = metadata.find(key);
     if (found == metadata.end() || !std::holds_alternative<T>(found->second))
-        throw Error(fmt::format("{}: lacks '{}' in its metadata; is it a map that this program baked?", path.string(), key));
+        throw Error(fmt::format("{}: lacks '{}' in its metadata; is it a map that this program baked?",
+                                path.string(), key));
     return std::get<T>(found->second);
 }
 }  // namespace
 
-std::string VdbReader::text(const std::string& key) const { return get<std::string>(metadata(), key, implementation_->path); }
-double VdbReader::number(const std::string& key) const { return get<double>(metadata(), key, implementation_->path); }
-int64_t VdbReader::integer(const std::string& key) const { return get<int64_t>(metadata(), key, implementation_->path); }
-Vec3d VdbReader::vector(const std::string& key) const { return get<Vec3d>(metadata(), key, implementation_->path); }
+std::string VdbReader::text(const std::string& key) const {
+    return get<std::string>(metadata(), key, implementation_->path);
+}
+double VdbReader::number(const std::string& key) const {
+    return get<double>(metadata(), key, implementation_->path);
+}
+int64_t VdbReader::integer(const std::string& key) const {
+    return get<int64_t>(metadata(), key, implementation_->path);
+}
+Vec3d VdbReader::vector(const std::string& key) const {
+    return get<Vec3d>(metadata(), key, implementation_->path);
+}
 
 }  // namespace pim

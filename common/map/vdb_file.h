@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time, so that memory
-// holds one of them and not all; reading maps the file into memory and loads what is asked for.
+// OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time, so that
+// memory holds one of them and not all; reading maps the file into memory and loads what is asked for.
 #pragma once
 
 #include <filesystem>
@@ -24,30 +24,32 @@ struct VdbTransform {
 
 class VdbWriter {
   public:
-    // Throws Error. `grid_count` grids must follow. Same content, same bytes: the file's identifier is a hash.
+    // Throws Error. `grid_count` grids must follow. Same content, same bytes: the file's identifier is a
+    // hash.
     VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata, const VdbTransform& transform,
               int grid_count);
     ~VdbWriter();
-    // One value per cell, `channels` 1 (float) or 3 (Vec3s) numbers each, laid out cell by cell; those cells are
-    // active, no others.
-    void add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& values, int channels);
-    void finish();    // throws Error, for example when the disk is full
+    // One value per cell, `channels` 1 (float) or 3 (Vec3s) numbers each, laid out cell by cell; those cells
+    // are active, no others.
+    void add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& values,
+             int channels);
+    void finish();  // throws Error, for example when the disk is full
 
   private:
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 
-// Files end with a trailer, which OpenVDB does not read: "pim-end\n" and the file's length as 8 bytes, least first.
-// A file that was cut short, or that another program wrote, lacks it.
+// Files end with a trailer, which OpenVDB does not read: "pim-end\n" and the file's length as 8 bytes, least
+// first. A file that was cut short, or that another program wrote, lacks it.
 class VdbReader {
   public:
-    explicit VdbReader(const std::filesystem::path& path);   // throws Error: missing, not ours, cut short
+    explicit VdbReader(const std::filesystem::path& path);  // throws Error: missing, not ours, cut short
     ~VdbReader();
     const VdbMetadata& metadata() const;
     std::vector<std::string> grid_names() const;
     bool has(const std::string& name) const;
-    std::vector<Index3> active_cells(const std::string& name) const;   // throws Error: no such grid
+    std::vector<Index3> active_cells(const std::string& name) const;  // throws Error: no such grid
     // Values at the cells, one after the other, as 3 channels where `channels` is 3 (a float grid repeats its
     // value). Throws Error: no such grid, or it cannot be read.
     std::vector<float> values(const std::string& name, const std::vector<Index3>& cells, int channels) const;

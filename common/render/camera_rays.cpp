@@ -22,7 +22,7 @@ std::optional<CameraRays::Pixel> CameraRays::pixel_of(const Vec3& position) cons
     const Vec3 path = position - eye_;
     const float depth = path.dot(forward_);
     if (!(depth > 0)) return std::nullopt;
-    const Vec3 on_plane = path / depth - forward_;   // at distance 1
+    const Vec3 on_plane = path / depth - forward_;  // at distance 1
     const float sx = on_plane.dot(right_) / right_.length2(), sy = on_plane.dot(down_) / down_.length2();
     const float x = 0.5f * (sx + 1) * float(size_.x), y = 0.5f * (sy + 1) * float(size_.y);
     if (!(x >= 0 && y >= 0 && x < float(size_.x) && y < float(size_.y))) return std::nullopt;

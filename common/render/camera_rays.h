@@ -24,7 +24,7 @@ class CameraRays {
     const Vec3& eye() const { return eye_; }
 
   private:
-    Vec3 eye_, forward_, right_, down_;   // right_ and down_ span half the image at distance 1
+    Vec3 eye_, forward_, right_, down_;  // right_ and down_ span half the image at distance 1
     Imath::V2i size_;
 };
 

@@ -6,8 +6,8 @@
 namespace pim {
 namespace {
 
-// Cosine at the surface over squared distance towards `target`; 0 in shadow or from behind. `towards` gets the unit
-// direction to the target.
+// Cosine at the surface over squared distance towards `target`; 0 in shadow or from behind. `towards` gets
+// the unit direction to the target.
 float geometry_term(const RayCaster& caster, const SurfacePoint& s, const Vec3& target, Vec3& towards) {
     const Vec3 path = target - s.position;
     const float distance = path.length();
@@ -28,9 +28,10 @@ Rgb direct_irradiance(const Scene&, const RayCaster& caster, const Light& light,
                       const SurfacePoint& surface, int samples, RandomStream& random) {
     Vec3 towards;
     const RectangleShape* rectangle = light.rectangle();
-    if (!rectangle)   // E = (power / 4 pi) cos / d²
+    if (!rectangle)  // E = (power / 4 pi) cos / d²
         return state.power * (geometry_term(caster, surface, state.position, towards) / (4 * kPi));
-    const int rows = std::max(1, int(std::lround(std::sqrt(float(samples))))), columns = (samples + rows - 1) / rows;
+    const int rows = std::max(1, int(std::lround(std::sqrt(float(samples))))),
+              columns = (samples + rows - 1) / rows;
     const float u = random.next(), v = random.next();
     float sum = 0;
     for (int i = 0; i < rows; ++i)

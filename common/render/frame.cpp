@@ -14,16 +14,19 @@ Image render_frame(const Camera& camera, const FrameOptions& options, const Pixe
     const CameraRays rays(camera, options.size);
     Image image(options.size.x, options.size.y);
     const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-    const int across = std::max(1, int(std::sqrt(float(options.samples)))), down = (options.samples + across - 1) / across;
+    const int across = std::max(1, int(std::sqrt(float(options.samples)))),
+              down = (options.samples + across - 1) / across;
     std::optional<Progress> progress;
     if (options.progress) progress.emplace(options.progress, uint64_t(columns) * rows);
     const auto pixel = [&](int x, int y) {
         Rgb sum(0);
         for (int i = 0; i < options.samples; ++i) {
-            RandomStream random(options.seed, options.purpose, uint32_t(y * image.width + x) & 0x3ffffff, uint64_t(i));
+            RandomStream random(options.seed, options.purpose, uint32_t(y * image.width + x) & 0x3ffffff,
+                                uint64_t(i));
             const bool jitter = options.samples > 1;
             const float u = jitter ? random.next() : 0.5f, v = jitter ? random.next() : 0.5f;
-            const float dx = (float(i % across) + u) / float(across), dy = (float(i / across) + v) / float(down);
+            const float dx = (float(i % across) + u) / float(across),
+                        dy = (float(i / across) + v) / float(down);
             sum += radiance(rays.through(float(x) + dx, float(y) + (jitter ? dy : 0.5f)), random);
         }
         return sum / float(options.samples);

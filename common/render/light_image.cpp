@@ -9,7 +9,7 @@
 namespace pim {
 namespace {
 
-constexpr std::size_t kBlocks = 16;   // images summed in order, whatever the thread count
+constexpr std::size_t kBlocks = 16;  // images summed in order, whatever the thread count
 
 class Splatter {
   public:
@@ -43,17 +43,20 @@ class Splatter {
 
 }  // namespace
 
-Image light_image(const PathScene& scene, const Camera& camera, const Imath::V2i& size, uint64_t photons_per_lamp,
-                  uint64_t seed, uint32_t stream) {
+Image light_image(const PathScene& scene, const Camera& camera, const Imath::V2i& size,
+                  uint64_t photons_per_lamp, uint64_t seed, uint32_t stream) {
     std::vector<Splatter> splatters(kBlocks, Splatter(scene, camera, size, float(photons_per_lamp)));
     const auto& lights = scene.scene.lights;
     parallel_for(kBlocks, [&](std::size_t block) {
         EnergyAccount ignored;
         for (std::size_t l = 0; l < lights.size(); ++l)
-            for (uint64_t photon = block; !lights[l].rectangle() && photon < photons_per_lamp; photon += kBlocks) {
+            for (uint64_t photon = block; !lights[l].rectangle() && photon < photons_per_lamp;
+                 photon += kBlocks) {
                 RandomStream random(seed, RandomPurpose::light_image, stream << 8 ^ uint32_t(l), photon);
-                trace_photon(scene.scene, scene.caster, lights[l], scene.lights[l].position, random,
-                             [&](const Landing& landing) { splatters[block].add(landing, scene.lights[l].power); }, ignored);
+                trace_photon(
+                    scene.scene, scene.caster, lights[l], scene.lights[l].position, random,
+                    [&](const Landing& landing) { splatters[block].add(landing, scene.lights[l].power); },
+                    ignored);
             }
     });
     Image sum(size.x, size.y);

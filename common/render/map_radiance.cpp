@@ -8,7 +8,7 @@ namespace pim {
 namespace {
 
 constexpr int kDeepestReflection = 12;
-constexpr float kLeastShare = 1e-3f;   // reflections that contribute less are not followed
+constexpr float kLeastShare = 1e-3f;  // reflections that contribute less are not followed
 
 // The nearest shining rectangle along the ray before `limit`, if lamps are shown.
 std::optional<Rgb> visible_lamp(const Moment& m, const Ray& ray, float limit) {
@@ -28,7 +28,8 @@ Rgb traced_direct(const Moment& m, const SurfacePoint& surface, RandomStream& ra
     Rgb sum(0);
     if (m.direct != DirectLight::traced) return sum;
     for (std::size_t l = 0; l < m.lights.size(); ++l)
-        sum += direct_irradiance(m.scene, m.caster, m.scene.lights[l], m.lights[l], surface, m.shadow_samples, random);
+        sum += direct_irradiance(m.scene, m.caster, m.scene.lights[l], m.lights[l], surface, m.shadow_samples,
+                                 random);
     return sum;
 }
 
@@ -48,13 +49,17 @@ struct Walk {
         const SurfacePoint surface = surface_at(moment.scene, *hit);
         if (!is_black(surface.diffuse)) add_diffuse(surface, throughput);
         if (depth == kDeepestReflection) return;
-        if (surface.material->glass) follow_glass(surface, ray.direction, throughput, depth);
-        else go_on(surface, mirror(ray.direction, surface.shading_normal), throughput * surface.specular, depth);
+        if (surface.material->glass)
+            follow_glass(surface, ray.direction, throughput, depth);
+        else
+            go_on(surface, mirror(ray.direction, surface.shading_normal), throughput * surface.specular,
+                  depth);
     }
 
     void add_diffuse(const SurfacePoint& surface, const Rgb& throughput) {
-        const Rgb share = throughput * surface.diffuse / kPi;   // L = rho E / pi
-        const Rgb baked = irradiance_at(moment.map, moment.patch_values, surface.position, surface.shading_normal);
+        const Rgb share = throughput * surface.diffuse / kPi;  // L = rho E / pi
+        const Rgb baked =
+            irradiance_at(moment.map, moment.patch_values, surface.position, surface.shading_normal);
         radiance += share * (baked + traced_direct(moment, surface, random));
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pictures from a map: radiance along a ray with the map's irradiance at diffuse surfaces, and recursion at mirrors
-// and glass.
+// Pictures from a map: radiance along a ray with the map's irradiance at diffuse surfaces, and recursion at
+// mirrors and glass.
 #pragma once
 
 #include "common/map/illumination_map.h"
@@ -20,8 +20,8 @@ struct Moment {
     bool indirect = true;
     bool show_lamps = false;
     static constexpr int kShadowSamples = 16;
-    int shadow_samples = kShadowSamples;   // per rectangular lamp and hit
-    std::vector<Rgb> patch_values;      // from evaluate_patches
+    int shadow_samples = kShadowSamples;  // per rectangular lamp and hit
+    std::vector<Rgb> patch_values;        // from evaluate_patches
 };
 
 // Fills patch_values with the irradiance of the components that come from the map.

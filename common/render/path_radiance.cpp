@@ -8,7 +8,7 @@
 namespace pim {
 namespace {
 
-constexpr int kAlwaysSurvives = 3;     // surfaces before Russian roulette starts
+constexpr int kAlwaysSurvives = 3;  // surfaces before Russian roulette starts
 constexpr int kLongestPath = 1000;
 
 float power_heuristic(float own, float other) {
@@ -17,8 +17,8 @@ float power_heuristic(float own, float other) {
 }
 
 struct LampSample {
-    Rgb irradiance_term{0};   // contribution to outgoing radiance, before reflectance / pi
-    float lamp_density = 0;   // per solid angle; 0 for a point lamp, which nothing else can find
+    Rgb irradiance_term{0};  // contribution to outgoing radiance, before reflectance / pi
+    float lamp_density = 0;  // per solid angle; 0 for a point lamp, which nothing else can find
     Vec3 towards;
 };
 
@@ -66,7 +66,8 @@ class Path {
             if (length == 0) seen_.surface = true;
             if (!is_black(surface.diffuse)) add_lamps_sampled(surface);
             const float survival = length < kAlwaysSurvives ? 1 : survival_probability(surface, throughput_);
-            const auto scattered = scatter(surface, ray.direction, throughput_, survival, Transport::from_eye, random_);
+            const auto scattered =
+                scatter(surface, ray.direction, throughput_, survival, Transport::from_eye, random_);
             if (!scattered || !(scattered->correction > 0)) break;
             throughput_ *= scattered->weight * scattered->correction;
             note_event(*scattered, surface);
@@ -121,12 +122,14 @@ class Path {
             if (is_black(sample.irradiance_term)) continue;
             float weight = 1;
             if (sample.lamp_density > 0) {
-                const float d = mean_channel(throughput_ * surface.diffuse), s = mean_channel(throughput_ * surface.specular);
+                const float d = mean_channel(throughput_ * surface.diffuse),
+                            s = mean_channel(throughput_ * surface.specular);
                 const float share = d + s > 0 ? d / (d + s) : 1;
                 weight = power_heuristic(sample.lamp_density,
                                          share * sample.towards.dot(surface.shading_normal) / kPi);
             }
-            add(throughput_ * surface.diffuse * sample.irradiance_term * (weight / kPi), diffuse_events_ == 0);
+            add(throughput_ * surface.diffuse * sample.irradiance_term * (weight / kPi),
+                diffuse_events_ == 0);
         }
     }
 
@@ -136,7 +139,7 @@ class Path {
     Rgb throughput_{1}, throughput_before_{1};
     int diffuse_events_ = 0;
     bool specular_since_diffuse_ = false;
-    float density_ = 0;         // per solid angle, of the last diffuse event
+    float density_ = 0;  // per solid angle, of the last diffuse event
 };
 
 }  // namespace

@@ -26,7 +26,8 @@ Vec3 shading_normal(const Geometry& geometry, uint32_t triangle, Side side, floa
     const auto& v = geometry.triangles[triangle].vertices;
     const Vec3& n0 = geometry.normals[v[0]];
     if (n0 == Vec3(0)) return flat;
-    const Vec3 smooth = (n0 * (1 - b1 - b2) + geometry.normals[v[1]] * b1 + geometry.normals[v[2]] * b2) * sign;
+    const Vec3 smooth =
+        (n0 * (1 - b1 - b2) + geometry.normals[v[1]] * b1 + geometry.normals[v[2]] * b2) * sign;
     const float length = smooth.length();
     if (!(length > 0)) return flat;
     const Vec3 n = smooth / length;

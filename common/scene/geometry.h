@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The surfaces of a scene: one indexed triangle list. Positions are metres, relative to `origin` in world space, so
-// that a scene far from the world's origin keeps its precision. "Local" below means relative to `origin`.
+// The surfaces of a scene: one indexed triangle list. Positions are metres, relative to `origin` in world
+// space, so that a scene far from the world's origin keeps its precision. "Local" below means relative to
+// `origin`.
 #pragma once
 
 #include <array>
@@ -19,12 +20,12 @@ struct Triangle {
 };
 
 struct Geometry {
-    Vec3d origin{0};                     // world space, m
-    std::vector<Vec3> positions;         // local, m
-    std::vector<Vec3> normals;           // per vertex, unit; zero where the file has none: flat
+    Vec3d origin{0};              // world space, m
+    std::vector<Vec3> positions;  // local, m
+    std::vector<Vec3> normals;    // per vertex, unit; zero where the file has none: flat
     std::vector<Vec2> texture_coordinates;
     std::vector<Triangle> triangles;
-    std::vector<std::string> objects;    // names
+    std::vector<std::string> objects;  // names
 
     std::array<Vec3, 3> corners(uint32_t triangle) const {
         const auto& v = triangles[triangle].vertices;
@@ -38,11 +39,11 @@ struct Geometry {
 enum class Side : uint8_t { front, back };
 
 Box3 bounds(const Geometry& geometry);
-Vec3 geometric_normal(const std::array<Vec3, 3>& corners);    // unit, towards the front; zero if degenerate
-double area(const std::array<Vec3, 3>& corners);              // m²
+Vec3 geometric_normal(const std::array<Vec3, 3>& corners);  // unit, towards the front; zero if degenerate
+double area(const std::array<Vec3, 3>& corners);            // m²
 
-// Interpolated normal at barycentric weights (1-b1-b2, b1, b2), on the given side of the triangle; the geometric
-// normal where the file has none, or where the interpolated one points away from that side. Unit.
+// Interpolated normal at barycentric weights (1-b1-b2, b1, b2), on the given side of the triangle; the
+// geometric normal where the file has none, or where the interpolated one points away from that side. Unit.
 Vec3 shading_normal(const Geometry& geometry, uint32_t triangle, Side side, float b1, float b2);
 
 }  // namespace pim

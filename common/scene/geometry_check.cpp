@@ -26,7 +26,7 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 
 Point to_point(const Vec3& p) { return {p.x, p.y, p.z}; }
 bool finite(const Vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-std::array<float, 3> key(const Vec3& p) { return {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f}; }   // -0 becomes 0
+std::array<float, 3> key(const Vec3& p) { return {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f}; }  // -0 becomes 0
 
 std::size_t drop_unreferenced(Geometry& g) {
     std::vector<uint32_t> new_index(g.positions.size(), 0);
@@ -136,7 +136,7 @@ struct Solids::Implementation {
         Mesh mesh;
         Box3 box;
         std::string name;
-        std::unique_ptr<Inside> inside;   // refers to `mesh`
+        std::unique_ptr<Inside> inside;  // refers to `mesh`
 
         bool contains(const Vec3& p) const {
             return box.intersects(p) && (*inside)(to_point(p)) == CGAL::ON_BOUNDED_SIDE;
@@ -159,7 +159,8 @@ Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
         solid->name = g.objects[g.triangles[all[i][0]].object];
         solid->inside = std::make_unique<Inside>(solid->mesh);
         const auto inside = [&](const Vec3& p) { return solid->contains(p); };
-        if (std::ranges::any_of(rooms_seen_from, inside) || std::ranges::any_of(one_point_of_each, inside)) continue;
+        if (std::ranges::any_of(rooms_seen_from, inside) || std::ranges::any_of(one_point_of_each, inside))
+            continue;
         implementation_->solids.push_back(std::move(solid));
     }
 }
@@ -174,7 +175,8 @@ std::string Solids::containing(const Vec3& point) const {
 
 bool triangle_meets_box(const std::array<Vec3, 3>& c, const Box3d& box) {
     const Kernel::Triangle_3 triangle(to_point(c[0]), to_point(c[1]), to_point(c[2]));
-    return CGAL::do_intersect(triangle, CGAL::Bbox_3(box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
+    return CGAL::do_intersect(triangle,
+                              CGAL::Bbox_3(box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
 }
 
 }  // namespace pim

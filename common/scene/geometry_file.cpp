@@ -23,10 +23,11 @@ using Imath::M44d;
 
 // Metals rougher than this scatter like paint; only smoother ones are taken as mirrors.
 constexpr float kRoughestMirror = 0.3f;
-constexpr double kLumensPerWatt = 683;   // photometric lamps of glTF, at 555 nm
+constexpr double kLumensPerWatt = 683;  // photometric lamps of glTF, at 555 nm
 
 M44d to_row_vectors(const aiMatrix4x4& m) {
-    return M44d(m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4);
+    return M44d(m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4,
+                m.d4);
 }
 
 Vec3d to_vector(const aiVector3D& v) { return {v.x, v.y, v.z}; }
@@ -38,10 +39,11 @@ class Reader {
 
     GeometryFile read() {
         importer_.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-        source_ = importer_.ReadFile(path_.string(), aiProcess_Triangulate | aiProcess_SortByPType |
-                                                         aiProcess_JoinIdenticalVertices);
+        source_ = importer_.ReadFile(
+            path_.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices);
         if (!source_ || !source_->mRootNode)
-            throw Error(fmt::format("{}: the geometry cannot be read: {}", path_.string(), importer_.GetErrorString()));
+            throw Error(fmt::format("{}: the geometry cannot be read: {}", path_.string(),
+                                    importer_.GetErrorString()));
         used_.resize(source_->mNumMaterials);
         for (unsigned i = 0; i < source_->mNumMeshes; ++i) used_[source_->mMeshes[i]->mMaterialIndex] = true;
         for (unsigned i = 0; i < source_->mNumMaterials; ++i) add_material(*source_->mMaterials[i], i);
@@ -80,7 +82,8 @@ class Reader {
         source.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness);
         source.Get(AI_MATKEY_TRANSMISSION_FACTOR, transmission);
         if (metallic > 0 && roughness > kRoughestMirror) {
-            file_.warnings.push_back(fmt::format("material '{}': rough metal is taken as diffuse", material.name));
+            file_.warnings.push_back(
+                fmt::format("material '{}': rough metal is taken as diffuse", material.name));
             metallic = 0;
         }
         material.diffuse = base * (1 - metallic);
@@ -116,8 +119,8 @@ class Reader {
         }
         const float most = max_channel(material.diffuse + material.specular);
         if (most <= 1) return;
-        file_.warnings.push_back(fmt::format("material '{}': reflects {:.3g} times what it receives; scaled to 1",
-                                             material.name, most));
+        file_.warnings.push_back(fmt::format(
+            "material '{}': reflects {:.3g} times what it receives; scaled to 1", material.name, most));
         material.diffuse /= most;
         material.specular /= most;
     }
@@ -133,23 +136,28 @@ class Reader {
     }
 
     Image load_texture(const std::string& name, const std::string& material) {
-        if (const aiTexture* embedded = source_->GetEmbeddedTexture(name.c_str())) return decode(*embedded, name);
+        if (const aiTexture* embedded = source_->GetEmbeddedTexture(name.c_str()))
+            return decode(*embedded, name);
         std::string portable = name;
         std::ranges::replace(portable, '\\', '/');
         const fs::path file = path_.parent_path() / portable;
         if (!fs::exists(file))
-            throw Error(fmt::format("{}: the texture {} of material '{}' does not exist; put it there or remove it "
-                                    "from the material", path_.string(), file.string(), material));
+            throw Error(
+                fmt::format("{}: the texture {} of material '{}' does not exist; put it there or remove it "
+                            "from the material",
+                            path_.string(), file.string(), material));
         return read_image(file);
     }
 
     Image decode(const aiTexture& embedded, const std::string& name) {
         if (embedded.mHeight == 0)
-            return read_image(embedded.pcData, embedded.mWidth, fmt::format("{}: texture {}", path_.string(), name));
+            return read_image(embedded.pcData, embedded.mWidth,
+                              fmt::format("{}: texture {}", path_.string(), name));
         Image image(int(embedded.mWidth), int(embedded.mHeight));
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
             const aiTexel& t = embedded.pcData[i];
-            image.pixels[i] = {srgb_decode(t.r / 255.0f), srgb_decode(t.g / 255.0f), srgb_decode(t.b / 255.0f)};
+            image.pixels[i] = {srgb_decode(t.r / 255.0f), srgb_decode(t.g / 255.0f),
+                               srgb_decode(t.b / 255.0f)};
         }
         return image;
     }
@@ -158,7 +166,8 @@ class Reader {
     void add_node(const aiNode& node, const M44d& parent) {
         const M44d transform = to_row_vectors(node.mTransformation) * parent;
         transforms_[node.mName.C_Str()] = transform;
-        for (unsigned i = 0; i < node.mNumMeshes; ++i) add_mesh(*source_->mMeshes[node.mMeshes[i]], node, transform);
+        for (unsigned i = 0; i < node.mNumMeshes; ++i)
+            add_mesh(*source_->mMeshes[node.mMeshes[i]], node, transform);
         for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
     }
 
@@ -185,8 +194,8 @@ class Reader {
         }
     }
 
-    // Far from the world's origin, positions are kept relative to the middle of the scene, rounded to whole powers of
-    // two so that shifting costs no bits.
+    // Far from the world's origin, positions are kept relative to the middle of the scene, rounded to whole
+    // powers of two so that shifting costs no bits.
     void choose_origin() {
         Box3d box;
         for (const Vec3d& p : positions_)
@@ -207,20 +216,23 @@ class Reader {
             const aiLight& source = *source_->mLights[i];
             const std::string name = source.mName.C_Str();
             if (source.mType != aiLightSource_POINT) {
-                file_.warnings.push_back(fmt::format("lamp '{}' of the file is no point lamp and is left out: only "
-                                                     "point and rectangle lamps exist", name));
+                file_.warnings.push_back(
+                    fmt::format("lamp '{}' of the file is no point lamp and is left out: only "
+                                "point and rectangle lamps exist",
+                                name));
                 continue;
             }
             Light light;
             light.name = name;
-            light.power = to_rgb(source.mColorDiffuse) * float(4 * kPi / kLumensPerWatt);   // 4 pi I / 683
+            light.power = to_rgb(source.mColorDiffuse) * float(4 * kPi / kLumensPerWatt);  // 4 pi I / 683
             const M44d& transform = transforms_[name];
             light.position = file_.geometry.to_local(to_vector(source.mPosition) * transform);
             light.domain = Box3(light.position);
             light.samples = 1;
             file_.lights.push_back(light);
-            file_.warnings.push_back(fmt::format("lamp '{}' of the file: candela taken as {:.4g} {:.4g} {:.4g} W",
-                                                 name, light.power.x, light.power.y, light.power.z));
+            file_.warnings.push_back(
+                fmt::format("lamp '{}' of the file: candela taken as {:.4g} {:.4g} {:.4g} W", name,
+                            light.power.x, light.power.y, light.power.z));
         }
     }
 
@@ -233,7 +245,8 @@ class Reader {
             Box3d box;
             for (const Triangle& t : g.triangles) {
                 if (t.material != m) continue;
-                const Vec3d &a = positions_[t.vertices[0]], &b = positions_[t.vertices[1]], &c = positions_[t.vertices[2]];
+                const Vec3d &a = positions_[t.vertices[0]], &b = positions_[t.vertices[1]],
+                            &c = positions_[t.vertices[2]];
                 const Vec3d cross = (b - a).cross(c - a);
                 total += 0.5 * cross.length();
                 centroid += (a + b + c) * (cross.length() / 6);
@@ -244,20 +257,23 @@ class Reader {
         }
     }
 
-    void warn_of_emitter(std::size_t m, double total, const Vec3d& centroid, const Vec3d& normal, const Box3d& box) {
+    void warn_of_emitter(std::size_t m, double total, const Vec3d& centroid, const Vec3d& normal,
+                         const Box3d& box) {
         // Width from the box along the rectangle's own first axis; height so that the area is right.
         const RectangleShape shape({1, 1}, Vec3(normal));
         double width = 0;
-        for (int axis = 0; axis < 3; ++axis) width += std::abs(double(shape.axes[0][axis])) * box.size()[axis];
+        for (int axis = 0; axis < 3; ++axis)
+            width += std::abs(double(shape.axes[0][axis])) * box.size()[axis];
         const double height = width > 0 ? total / width : 0;
         const Vec3d at = centroid + normal * 1e-3 * std::sqrt(total);
         const Rgb power = emission_[m] * float(kPi * total);
         file_.warnings.push_back(fmt::format(
             "material '{}' shines, but surfaces are not lamps here; to light the scene with it, add\n"
-            "[[light]]\nname = \"{}\"\ntype = \"rectangle\"\nsize = [{:.6g}, {:.6g}]\nnormal = [{:.6g}, {:.6g}, {:.6g}]\n"
+            "[[light]]\nname = \"{}\"\ntype = \"rectangle\"\nsize = [{:.6g}, {:.6g}]\nnormal = [{:.6g}, "
+            "{:.6g}, {:.6g}]\n"
             "power = [{:.6g}, {:.6g}, {:.6g}]\nposition = [{:.6g}, {:.6g}, {:.6g}]",
-            file_.materials[m].name, file_.materials[m].name, width, height, normal.x, normal.y, normal.z, power.x,
-            power.y, power.z, at.x, at.y, at.z));
+            file_.materials[m].name, file_.materials[m].name, width, height, normal.x, normal.y, normal.z,
+            power.x, power.y, power.z, at.x, at.y, at.z));
     }
 
     fs::path path_;
@@ -265,9 +281,9 @@ class Reader {
     Assimp::Importer importer_;
     const aiScene* source_ = nullptr;
     GeometryFile file_;
-    std::vector<Vec3d> positions_;      // world, m
-    std::vector<Rgb> emission_;         // per material, W/(m² sr)
-    std::vector<bool> used_;            // per material: importers add some of their own
+    std::vector<Vec3d> positions_;  // world, m
+    std::vector<Rgb> emission_;     // per material, W/(m² sr)
+    std::vector<bool> used_;        // per material: importers add some of their own
     std::map<std::string, int> texture_index_;
     std::map<std::string, M44d> transforms_;
 };
@@ -276,7 +292,8 @@ class Reader {
 
 GeometryFile read_geometry(const fs::path& path, double metres_per_unit) {
     if (!fs::is_regular_file(path))
-        throw Error(fmt::format("{}: the geometry file does not exist; mend [scene] geometry", path.string()));
+        throw Error(
+            fmt::format("{}: the geometry file does not exist; mend [scene] geometry", path.string()));
     return Reader(path, metres_per_unit).read();
 }
 

@@ -16,7 +16,8 @@ Emission sample_emission(const Light& light, const Vec3& position, RandomStream&
     const RectangleShape* rectangle = light.rectangle();
     if (!rectangle) return {position, sample_sphere(u1, u2)};
     const float s = random.next() - 0.5f, t = random.next() - 0.5f;
-    const Vec3 origin = position + rectangle->axes[0] * (s * rectangle->size.x) + rectangle->axes[1] * (t * rectangle->size.y);
+    const Vec3 origin = position + rectangle->axes[0] * (s * rectangle->size.x) +
+                        rectangle->axes[1] * (t * rectangle->size.y);
     return {origin, Frame(rectangle->normal).to_world(sample_cosine_hemisphere(u1, u2))};
 }
 

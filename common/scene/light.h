@@ -16,9 +16,9 @@ struct PointShape {};
 // One-sided: shines where `normal` points, with the same radiance in all directions. Corners at
 // position ± size.x/2 · axes[0] ± size.y/2 · axes[1].
 struct RectangleShape {
-    Vec2 size;      // m, > 0
-    Vec3 normal;    // unit
-    Vec3 axes[2];   // unit, orthogonal to normal
+    Vec2 size;     // m, > 0
+    Vec3 normal;   // unit
+    Vec3 axes[2];  // unit, orthogonal to normal
 
     RectangleShape(Vec2 size, Vec3 normal);
     float area() const { return size.x * size.y; }
@@ -33,10 +33,10 @@ struct Light {
     std::string name;
     LightShape shape;
     Rgb power{100};
-    Box3 domain;                // where it may stand; zero extent on an axis: it does not move there
-    Index3 boxes{1, 1, 1};      // the domain's division per axis
+    Box3 domain;            // where it may stand; zero extent on an axis: it does not move there
+    Index3 boxes{1, 1, 1};  // the domain's division per axis
     SampleCount samples = 182;
-    Vec3 position;              // where it stands unless told otherwise
+    Vec3 position;  // where it stands unless told otherwise
 
     const RectangleShape* rectangle() const { return std::get_if<RectangleShape>(&shape); }
 };

@@ -75,11 +75,15 @@ std::string content_hash(const Scene& scene) {
         hash.feed(&t.material, sizeof t.material);
     }
     for (const Material& m : scene.materials) {
-        const float numbers[] = {m.diffuse.x,  m.diffuse.y,  m.diffuse.z,       m.specular.x, m.specular.y,
-                                 m.specular.z, float(m.glass), m.ior, float(m.texture.value_or(-1))};
+        const float numbers[] = {m.diffuse.x,    m.diffuse.y,  m.diffuse.z,
+                                 m.specular.x,   m.specular.y, m.specular.z,
+                                 float(m.glass), m.ior,        float(m.texture.value_or(-1))};
         hash.feed(numbers, sizeof numbers);
     }
-    for (const Image& t : scene.textures) feed(hash, t.pixels);
+    for (const Image& t : scene.textures) {
+        hash.feed(&t.width, sizeof t.width);
+        feed(hash, t.pixels);
+    }
     return hash.hex();
 }
 

@@ -27,7 +27,7 @@ inline constexpr int kComponentCount = 2;
 const char* name(Component component);
 
 struct CellCount {
-    int longest = 64;    // cells along the longest side of the bounds
+    int longest = 64;  // cells along the longest side of the bounds
 };
 struct CellSize {
     double metres;
@@ -35,28 +35,28 @@ struct CellSize {
 
 struct GridSettings {
     std::variant<CellCount, CellSize> resolution = CellCount{};
-    std::optional<Box3> bounds;        // local; absent: the geometry's box
+    std::optional<Box3> bounds;  // local; absent: the geometry's box
     bool facings = true;
     Estimator estimator = Estimator::area;
-    std::optional<double> radius;      // m, for `sphere`; absent: kDefaultRadius cells
-    bool reachable_area_only = true;   // false: all of the cell's surface counts (the thesis)
+    std::optional<double> radius;     // m, for `sphere`; absent: kDefaultRadius cells
+    bool reachable_area_only = true;  // false: all of the cell's surface counts (the thesis)
 };
 
 struct BakeSettings {
-    uint64_t photons = 40000;          // per lamp position
+    uint64_t photons = 40000;  // per lamp position
     std::vector<Component> components{Component::indirect};
     int degree = 3;
     Robust robust = Robust::automatic;
     Store store = Store::incident;
-    bool shrinkage = true;             // of what noise hides (see fit.h); false: plain least squares (the thesis)
+    bool shrinkage = true;  // of what noise hides (see fit.h); false: plain least squares (the thesis)
     uint64_t seed = 1;
 };
 
 struct Scene {
     std::filesystem::path description_file;
-    std::string description;           // the text of the description, overrides applied
+    std::string description;  // the text of the description, overrides applied
     std::filesystem::path geometry_file;
-    std::string geometry_hash;         // of everything that decides how light travels
+    std::string geometry_hash;  // of everything that decides how light travels
     Geometry geometry;
     std::vector<Material> materials;
     std::vector<Image> textures;
@@ -69,9 +69,9 @@ struct Scene {
 // Diffuse reflectance of a triangle's material at barycentric weights b1, b2.
 Rgb diffuse_reflectance(const Scene& scene, uint32_t triangle, float b1, float b2);
 
-bool is_grey(const Scene& scene);      // every reflectance has three equal channels
-const Camera& find_camera(const Scene& scene, const std::string& name);     // throws UsageError
-std::size_t find_light(const Scene& scene, const std::string& name);        // throws UsageError
+bool is_grey(const Scene& scene);  // every reflectance has three equal channels
+const Camera& find_camera(const Scene& scene, const std::string& name);  // throws UsageError
+std::size_t find_light(const Scene& scene, const std::string& name);     // throws UsageError
 std::string content_hash(const Scene& scene);
 
 }  // namespace pim

@@ -33,7 +33,8 @@ Box3 to_box(TomlTable table, const Geometry& geometry) {
 
 class DescriptionReader {
   public:
-    DescriptionReader(const toml::table& root, const std::string& name, const fs::path& folder, const SceneOptions& options)
+    DescriptionReader(const toml::table& root, const std::string& name, const fs::path& folder,
+                      const SceneOptions& options)
         : root_(root, name, ""), name_(name), folder_(folder), options_(options) {}
 
     Scene read() {
@@ -55,7 +56,8 @@ class DescriptionReader {
     void each(const std::string& key, Read read) {
         if (!root_.has(key)) return;
         const toml::array* array = root_.raw()[key].as_array();
-        if (!array || !array->is_homogeneous<toml::table>()) root_.fail(key, fmt::format("is written [[{}]]", key));
+        if (!array || !array->is_homogeneous<toml::table>())
+            root_.fail(key, fmt::format("is written [[{}]]", key));
         for (const toml::node& node : *array) {
             TomlTable table(*node.as_table(), name_, key);
             read(table);
@@ -64,15 +66,18 @@ class DescriptionReader {
     }
 
     void read_geometry_file() {
-        if (!root_.has("scene")) throw Error(fmt::format("{}:1: [scene] with geometry = \"FILE\" is missing", name_));
+        if (!root_.has("scene"))
+            throw Error(fmt::format("{}:1: [scene] with geometry = \"FILE\" is missing", name_));
         TomlTable table = root_.table("scene");
         if (!table.has("geometry")) table.fail("geometry", "is missing: name the geometry file");
         scene_.geometry_file = options_.geometry.value_or(folder_ / table.text("geometry", ""));
-        GeometryFile file = read_geometry(scene_.geometry_file, table.number("metres_per_unit", 1, 1e-12, 1e12));
+        GeometryFile file =
+            read_geometry(scene_.geometry_file, table.number("metres_per_unit", 1, 1e-12, 1e12));
         table.refuse_unknown();
         for (const std::string& warning : file.warnings) log_warning(warning);
         const Mended mended = mend(file.geometry);
-        if (!mended.text().empty()) log_warning(fmt::format("{}: {}", scene_.geometry_file.string(), mended.text()));
+        if (!mended.text().empty())
+            log_warning(fmt::format("{}: {}", scene_.geometry_file.string(), mended.text()));
         if (file.geometry.triangles.empty())
             throw Error(fmt::format("{}: holds no triangle with an area", scene_.geometry_file.string()));
         scene_.geometry = std::move(file.geometry);
@@ -159,7 +164,8 @@ class DescriptionReader {
         const std::string type = table.text("type", "point");
         const bool sized = table.has("size"), facing = table.has("normal");
         if (type == "point") {
-            if (sized || facing) table.fail(sized ? "size" : "normal", "belongs to type = \"rectangle\" only");
+            if (sized || facing)
+                table.fail(sized ? "size" : "normal", "belongs to type = \"rectangle\" only");
             return;
         }
         if (type != "rectangle")
@@ -173,11 +179,13 @@ class DescriptionReader {
 
     void read_domain(TomlTable& table, Light& light) {
         const bool placed = table.has("position"), free = table.has("domain");
-        if (!placed && !free) table.fail("position", "is missing, and so is domain: say where the lamp stands");
+        if (!placed && !free)
+            table.fail("position", "is missing, and so is domain: say where the lamp stands");
         if (free) light.domain = to_box(table.table("domain"), scene_.geometry);
         light.position = placed ? scene_.geometry.to_local(table.vector("position")) : light.domain.center();
         if (!free) light.domain = Box3(light.position);
-        if (!light.domain.intersects(light.position)) table.fail("position", "lies outside the light's domain");
+        if (!light.domain.intersects(light.position))
+            table.fail("position", "lies outside the light's domain");
         if (!table.has("boxes")) return;
         const auto boxes = table.integers("boxes", 3, 1, 64);
         for (int axis = 0; axis < 3; ++axis)
@@ -205,7 +213,8 @@ class DescriptionReader {
         if (table.has("bounds")) grid.bounds = to_box(table.table("bounds"), scene_.geometry);
         grid.facings = table.flag("facings", !thesis_);
         const auto fallback = thesis_ ? Estimator::sphere : Estimator::area;
-        grid.estimator = table.has("estimator") ? Estimator(table.choice("estimator", {"area", "sphere"})) : fallback;
+        grid.estimator =
+            table.has("estimator") ? Estimator(table.choice("estimator", {"area", "sphere"})) : fallback;
         if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
         table.refuse_unknown();
     }
@@ -219,7 +228,8 @@ class DescriptionReader {
         bake.seed = uint64_t(table.integer("seed", 1, 0, INT64_MAX));
         if (table.has("components")) read_components(table);
         if (bake.robust == Robust::always)
-            table.fail("robust", "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
+            table.fail("robust",
+                       "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
         explicit_store_ = table.has("store");
         explicit_components_ = table.has("components");
         table.refuse_unknown();
@@ -232,11 +242,15 @@ class DescriptionReader {
         if (array)
             for (const toml::node& node : *array) {
                 const auto text = node.value<std::string>();
-                if (text == "direct") direct = true;
-                else if (text == "indirect") indirect = true;
-                else table.fail("components", "allowed: \"direct\", \"indirect\" or both");
+                if (text == "direct")
+                    direct = true;
+                else if (text == "indirect")
+                    indirect = true;
+                else
+                    table.fail("components", "allowed: \"direct\", \"indirect\" or both");
             }
-        if (!direct && !indirect) table.fail("components", "must be a list of \"direct\", \"indirect\" or both");
+        if (!direct && !indirect)
+            table.fail("components", "must be a list of \"direct\", \"indirect\" or both");
         if (direct) scene_.bake.components.push_back(Component::direct);
         if (indirect) scene_.bake.components.push_back(Component::indirect);
     }
@@ -258,7 +272,8 @@ class DescriptionReader {
     void finish() {
         if (thesis_) apply_thesis();
         if (scene_.lights.empty())
-            throw Error(fmt::format("{}: there is no lamp: add a [[light]] with name, position or domain, and power", name_));
+            throw Error(fmt::format(
+                "{}: there is no lamp: add a [[light]] with name, position or domain, and power", name_));
         if (scene_.cameras.empty()) scene_.cameras.push_back(camera_at_lamp());
         scene_.geometry_hash = content_hash(scene_);
     }
@@ -288,7 +303,8 @@ std::string apply_overrides(const std::string& text, const std::string& name, co
     if (!options.photons) return text;
     toml::table root = parse(text, name);
     if (!root.contains("bake")) root.insert("bake", toml::table{});
-    if (toml::table* bake = root["bake"].as_table()) bake->insert_or_assign("photons", int64_t(*options.photons));
+    if (toml::table* bake = root["bake"].as_table())
+        bake->insert_or_assign("photons", int64_t(*options.photons));
     std::ostringstream out;
     out << root << "\n";
     return out.str();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scene descriptions (TOML). README.md lists every key. Unknown keys, wrong types and values out of range are errors
-// that name file, line, key and what is allowed.
+// Scene descriptions (TOML). README.md lists every key. Unknown keys, wrong types and values out of range are
+// errors that name file, line, key and what is allowed.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@
 namespace pim {
 
 struct SceneOptions {
-    std::optional<uint64_t> photons;                      // in place of [bake] photons
-    std::optional<std::filesystem::path> geometry;        // in place of [scene] geometry
+    std::optional<uint64_t> photons;                // in place of [bake] photons
+    std::optional<std::filesystem::path> geometry;  // in place of [scene] geometry
 };
 
 // Reads the description and everything it names; says what was mended and what is not rendered. Throws Error.

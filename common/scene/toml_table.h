@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
 #include <cmath>
 #include <set>
 #include <string>
-#include <toml++/toml.h>
 
 #include "common/core/error.h"
 #include "common/core/vector.h"
@@ -28,7 +28,8 @@ class TomlTable {
     [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
         const toml::node* node = table_.get(key);
         const auto line = node ? node->source().begin.line : table_.source().begin.line;
-        throw Error(fmt::format("{}:{}: {}: {}", file_, line, name_.empty() ? key : name_ + "." + key, problem));
+        throw Error(
+            fmt::format("{}:{}: {}: {}", file_, line, name_.empty() ? key : name_ + "." + key, problem));
     }
 
     std::string text(const std::string& key, const std::string& fallback) {
@@ -71,7 +72,8 @@ class TomlTable {
         const toml::array* array = table_[key].as_array();
         if (!array || array->size() != count) fail(key, fmt::format("must be a list of {} numbers", count));
         std::vector<double> values;
-        for (std::size_t i = 0; i < count; ++i) values.push_back(checked(key, toml::node_view(array->get(i)), low, high));
+        for (std::size_t i = 0; i < count; ++i)
+            values.push_back(checked(key, toml::node_view(array->get(i)), low, high));
         return values;
     }
 
@@ -79,7 +81,8 @@ class TomlTable {
     std::vector<int> integers(const std::string& key, std::size_t count, int low, int high) {
         std::vector<int> values;
         for (const double v : numbers(key, count, low, high)) {
-            if (v != std::floor(v)) fail(key, fmt::format("must be {} whole numbers from {} to {}", count, low, high));
+            if (v != std::floor(v))
+                fail(key, fmt::format("must be {} whole numbers from {} to {}", count, low, high));
             values.push_back(int(v));
         }
         return values;
@@ -104,7 +107,8 @@ class TomlTable {
     void refuse_unknown() const {
         for (const auto& [key, _] : table_)
             if (!known_.contains(std::string(key.str())))
-                fail(std::string(key.str()), fmt::format("is unknown; allowed here: {}", fmt::join(known_, ", ")));
+                fail(std::string(key.str()),
+                     fmt::format("is unknown; allowed here: {}", fmt::join(known_, ", ")));
     }
 
   private:

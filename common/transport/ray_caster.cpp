@@ -57,8 +57,9 @@ RayCaster::RayCaster(const Geometry& geometry, InstructionSet instructions)
     rtcReleaseGeometry(mesh);
     rtcCommitScene(i.scene);
     if (const RTCError error = rtcGetDeviceError(i.device); error != RTC_ERROR_NONE)
-        throw Error(fmt::format("the ray tracing library failed to build its tree (error {}); is there enough memory?",
-                                int(error)));
+        throw Error(fmt::format(
+            "the ray tracing library failed to build its tree (error {}); is there enough memory?",
+            int(error)));
     const Box3 box = bounds(geometry);
     float largest = 0;
     for (int axis = 0; axis < 3; ++axis)

@@ -12,19 +12,19 @@
 namespace pim {
 
 struct Ray {
-    Vec3 origin, direction;   // local; direction unit
+    Vec3 origin, direction;  // local; direction unit
     float length = std::numeric_limits<float>::infinity();
 };
 
 struct Hit {
     uint32_t triangle;
     float distance;
-    float b1, b2;             // barycentric weights of the second and third corner
-    Side side;                // the one that the ray meets
+    float b1, b2;  // barycentric weights of the second and third corner
+    Side side;     // the one that the ray meets
 };
 
-// Which instruction set Embree may use: its answers differ in their last bits between them, so a bake pins the one
-// that every supported machine has; the viewer takes the best.
+// Which instruction set Embree may use: its answers differ in their last bits between them, so a bake pins
+// the one that every supported machine has; the viewer takes the best.
 enum class InstructionSet { pinned, best };
 
 class RayCaster {
@@ -32,7 +32,7 @@ class RayCaster {
     RayCaster(const Geometry& geometry, InstructionSet instructions);
     ~RayCaster();
     std::optional<Hit> intersect(const Ray& ray) const;
-    bool occluded(const Ray& ray) const;   // anything at all before ray.length
+    bool occluded(const Ray& ray) const;  // anything at all before ray.length
 
     // Distance by which rays are started off a surface, m: beyond the rounding of positions in this scene.
     float surface_offset() const { return surface_offset_; }

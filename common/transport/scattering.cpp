@@ -20,10 +20,13 @@ std::optional<Scattered> scatter_at_glass(const SurfacePoint& s, const Vec3& in,
     const bool reflects = random.next() < split.reflected_share;
     const Vec3 out = reflects ? split.reflected : split.refracted;
     float correction = 1;
-    if ((out.dot(s.geometric_normal) > 0) != reflects) correction = 0;   // a shading normal's leak
-    else if (transport == Transport::from_lamp) correction = flux_correction(s, in, out);
+    if ((out.dot(s.geometric_normal) > 0) != reflects)
+        correction = 0;  // a shading normal's leak
+    else if (transport == Transport::from_lamp)
+        correction = flux_correction(s, in, out);
     // Radiance scales with the square of the index it travels in.
-    else if (!reflects) correction = 1 / (split.relative_ior * split.relative_ior);
+    else if (!reflects)
+        correction = 1 / (split.relative_ior * split.relative_ior);
     return Scattered{Event::specular, out, Rgb(1), correction};
 }
 
@@ -38,7 +41,9 @@ float fresnel_reflectance(float cosine, float relative_ior) {
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-Vec3 mirror(const Vec3& incoming, const Vec3& normal) { return incoming - normal * (2 * incoming.dot(normal)); }
+Vec3 mirror(const Vec3& incoming, const Vec3& normal) {
+    return incoming - normal * (2 * incoming.dot(normal));
+}
 
 GlassSplit split_at_glass(const SurfacePoint& s, const Vec3& incoming) {
     const Vec3& n = incoming.dot(s.shading_normal) < 0 ? s.shading_normal : s.geometric_normal;
@@ -68,7 +73,8 @@ std::optional<Scattered> scatter(const SurfacePoint& s, const Vec3& in, const Rg
     if (s.material->glass) return scatter_at_glass(s, in, transport, random);
     const float u = random.next();
     if (u >= survival) return std::nullopt;
-    const float diffuse = mean_channel(throughput * s.diffuse), specular = mean_channel(throughput * s.specular);
+    const float diffuse = mean_channel(throughput * s.diffuse),
+                specular = mean_channel(throughput * s.specular);
     if (!(diffuse + specular > 0)) return std::nullopt;
     const float diffuse_share = diffuse / (diffuse + specular);
     if (u < survival * diffuse_share) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What happens to light at a surface: diffuse reflection, mirror reflection, refraction, absorption.
-// Shading normals follow Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, section 5.3: what is
-// sent from the lamp and what is gathered from the eye agree.
+// Shading normals follow Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, section 5.3:
+// what is sent from the lamp and what is gathered from the eye agree.
 #pragma once
 
 #include <optional>
@@ -15,16 +15,17 @@ enum class Event { diffuse, specular };
 
 struct Scattered {
     Event event;
-    Vec3 direction;     // unit
-    Rgb weight;         // reflectance / probability
-    float correction;   // for shading normals, and radiance in glass; the throughput takes weight · correction
+    Vec3 direction;    // unit
+    Rgb weight;        // reflectance / probability
+    float correction;  // for shading normals, and radiance in glass; the throughput takes weight · correction
 };
 
-// Share of unreflected light at a smooth boundary (Fresnel); cosine of the incident angle in (0,1], relative index of
-// refraction of the far side to the near side; 1 beyond the critical angle.
+// Share of unreflected light at a smooth boundary (Fresnel); cosine of the incident angle in (0,1], relative
+// index of refraction of the far side to the near side; 1 beyond the critical angle.
 float fresnel_reflectance(float cosine, float relative_ior);
 
-// How a ray along `incoming` (unit, towards the surface) goes on through glass: both ways, shares adding to 1.
+// How a ray along `incoming` (unit, towards the surface) goes on through glass: both ways, shares adding
+// to 1.
 struct GlassSplit {
     float reflected_share;
     Vec3 reflected, refracted;  // refracted counts only where reflected_share < 1
@@ -40,8 +41,8 @@ float landing_factor(const SurfacePoint& surface, const Vec3& incoming);
 // Probability that keeps the largest channel of `throughput` constant under roulette; 1 for glass.
 float survival_probability(const SurfacePoint& surface, const Rgb& throughput);
 
-// One random continuation; none: absorbed. For Transport::from_lamp the throughput has landing_factor in it already
-// where the surface is not glass.
+// One random continuation; none: absorbed. For Transport::from_lamp the throughput has landing_factor in it
+// already where the surface is not glass.
 std::optional<Scattered> scatter(const SurfacePoint& surface, const Vec3& incoming, const Rgb& throughput,
                                  float survival, Transport transport, RandomStream& random);
 
