@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/fragments.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <cmath>
 #include <mutex>
 
+#include "common/core/error.h"
 #include "common/core/parallel.h"
 
 namespace pim {
@@ -137,6 +141,35 @@ class Cutter {
     Index3 fine_{0};
 };
 
+// Share of a triangle's box that lies in the grid.
+double share_in_grid(const std::array<Vec3, 3>& corners, const CellGrid& grid) {
+    Box3 box;
+    for (const Vec3& corner : corners) box.extendBy(corner);
+    double share = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = grid.origin[axis], high = low + grid.size[axis] * grid.cell_size;
+        const double inside = std::min(double(box.max[axis]), high) - std::max(double(box.min[axis]), low);
+        if (box.size()[axis] > 0) share *= std::clamp(inside / double(box.size()[axis]), 0.0, 1.0);
+    }
+    return share;
+}
+
+void check_memory(const Scene& scene, const CellGrid& grid) {
+    const double fine = grid.cell_size / kFinePerCell;
+    double count = 0;  // both sides; a fine cell's cut of a plane is about its face
+    for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t) {
+        const auto corners = scene.geometry.corners(t);
+        count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
+    }
+    const double needed = 2.5 * count * sizeof(Fragment);
+    const double there = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    if (needed > there)
+        throw Error(fmt::format(
+            "{}: [grid] cells of {:.3g} m need about {:.0f} GB of memory, this machine has {:.0f}; make "
+            "cells larger or set bounds",
+            scene.description_file.string(), grid.cell_size, needed / 1e9, there / 1e9));
+}
+
 }  // namespace
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {
@@ -151,6 +184,7 @@ Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
 }
 
 std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells& cells) {
+    check_memory(scene, cells.grid());
     constexpr std::size_t kBlock = 1024;
     const std::size_t count = scene.geometry.triangles.size(), blocks = (count + kBlock - 1) / kBlock;
     std::vector<std::vector<Fragment>> parts(blocks);

@@ -167,6 +167,8 @@ TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
         1, {"bounds", "no surface"});
     expect_failure("bake run " + description("fine", "", kCornell, "cell_size = 0.0001"), 1,
                    {"[grid]", "cells"});
+    expect_failure("bake run " + description("memory", "", kCornell, "cell_size = 0.0015"), 1,
+                   {"[grid]", "GB"});
     expect_failure("bake run " + description("always", "", kCornell, "cells = 8\n[bake2]"), 1, {"bake2"});
     expect_failure("bake run", 2, {"SCENE.toml"});
     expect_failure("bake fly x", 2, {});
