@@ -78,9 +78,6 @@ class Bake {
         IlluminationMap map = empty_map();
         for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
         map.left_out = left_out(scene_, cells_);
-        if (const std::size_t dark = drop_dark_patches(map))
-            map.left_out.push_back(
-                fmt::format("{} of {} patches: no photon reached them", dark, cells_.patches.size()));
         write_map(output_, map);
         note_seconds("fit_seconds", watch.seconds());
         report_account();
@@ -91,9 +88,26 @@ class Bake {
   private:
     WorkFolder begin_work() {
         samples_ = all_light_samples(scene_, solids_, warnings_);
+        check_boxes();
         const fs::path folder = WorkFolder::beside(output_);
         if (options_.overwrite) fs::remove_all(folder);
         return {folder, trace_settings(scene_, caster_), scene_.geometry.origin};
+    }
+
+    // Before anything is traced: a box without positions could not be fitted.
+    void check_boxes() const {
+        for (std::size_t l = 0; l < scene_.lights.size(); ++l) {
+            const auto boxes = split_domain(scene_.lights[l].domain, scene_.lights[l].boxes);
+            const auto empty = std::ranges::count_if(boxes, [&](const MapBox& box) {
+                return std::ranges::none_of(samples_, [&](const LightSample& s) {
+                    return s.light == int(l) && box.contains(Vec3d(s.position));
+                });
+            });
+            if (empty > 0)
+                throw Error(fmt::format("{}: light '{}': {} of its {} boxes hold no lamp position; raise samples or lower "
+                                        "boxes",
+                                        scene_.description_file.string(), scene_.lights[l].name, empty, boxes.size()));
+        }
     }
 
     std::vector<LightSample> part_of_samples() const {
@@ -125,8 +139,6 @@ class Bake {
             std::vector<LightSample> inside;
             for (const LightSample& s : samples_)
                 if (s.light == number && box.contains(Vec3d(s.position))) inside.push_back(s);
-            if (inside.empty())
-                throw Error(fmt::format("light '{}' has no usable position in one of its boxes", light.name));
             fit_box_of(map_light, box, inside);
         }
         return map_light;
@@ -236,14 +248,15 @@ std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& sol
 
 std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
     std::vector<std::string> lines;
+    const uint64_t kept = cells.index.cell_count();
+    const double area = cells.counted_area;
     lines.push_back(fmt::format("{} of {} cells: no surface that light reaches",
-                                cells.grid.cell_count() - cells.index.cell_count(), cells.grid.cell_count()));
-    if (scene.grid.reachable_area_only)
+                                cells.grid.cell_count() - kept, cells.grid.cell_count()));
+    if (area < cells.surface_area * (1 - 1e-6))
         lines.push_back(fmt::format(
-            "{:.4g} of {:.4g} m² of surface (both sides): no light reaches it (found by {} photons; "
-            "doubling them moved {:.2g} m²)",
-            std::max(0.0, cells.surface_area - cells.counted_area), cells.surface_area,
-            cells.deciding_photons, cells.moved_area));
+            "{:.4g} of {:.4g} m² of surface (both sides): no light reaches it ({} photons looked "
+            "for it beforehand; the last doubling of them moved {:.2g} m²)",
+            cells.surface_area - area, cells.surface_area, cells.deciding_photons, cells.moved_area));
     const auto facings = cells_by_slot(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)
         if (facings[f].cells.empty())

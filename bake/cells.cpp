@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/cells.h"
 
+#include <cmath>
 #include <limits>
 
 namespace pim {
@@ -87,6 +88,32 @@ void build_patches(const std::vector<Fragment>& fragments, Keep keep, Cells& cel
     }
 }
 
+// Drops patches on which no photon landed, from whatever lamp and by whatever way, where more than a few
+// would have at kDarkShare of the mean irradiance.
+void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, Cells& cells) {
+    const PatchIndex index(cells.grid, cells.patches);
+    std::vector<double> hits(cells.patches.size(), 0);
+    for (std::size_t i = 0; i < fragments.size(); ++i) {
+        const auto* patches = index.find_cell(cell_of(cells.grid, fragments[i].key));
+        for (int slot = 0; patches && slot < kSlotCount; ++slot)
+            if ((*patches)[slot] >= 0 && fragments[i].facing_area[slot % kFacingCount] > 0)
+                hits[(*patches)[slot]] += reach.hits[i];
+    }
+    double all_hits = 0, lit_area = 0;
+    for (std::size_t p = 0; p < hits.size(); ++p)
+        if (hits[p] > 0) all_hits += hits[p], lit_area += cells.patches[p].area;
+    if (!(all_hits > 0)) return;
+    const double enough = -std::log(kDoubt) / (kDarkShare * all_hits / lit_area);  // m²
+    std::size_t kept = 0;
+    for (std::size_t p = 0; p < hits.size(); ++p) {
+        if (hits[p] == 0 && cells.patches[p].area > enough) continue;
+        cells.patches[kept] = cells.patches[p];
+        cells.split[kept++] = cells.split[p];
+    }
+    cells.patches.resize(kept);
+    cells.split.resize(kept);
+}
+
 }  // namespace
 
 bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
@@ -108,6 +135,7 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         const Reach reach = find_reach(scene, caster, surface, fragments, allowed, options.most_photons);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
         build_patches(fragments, keep, cells);
+        drop_unreached(fragments, reach, cells);
         for (std::size_t i = 0; i < fragments.size(); ++i)
             if (!keep(i)) cells.left_out.push_back(fragments[i].key);
         cells.moved_area = reach.moved_area;

@@ -8,6 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/log.h"
 #include "common/map/map_file.h"
 
 namespace pim {
@@ -59,6 +60,16 @@ int used_slots(const std::vector<Patch>& patches) {
     return int(std::ranges::count_if(facings, [](const SlotCells& f) { return !f.cells.empty(); }));
 }
 
+// A damaged file is as good as none: it is made again.
+std::unique_ptr<VdbReader> open_unless_damaged(const fs::path& path) {
+    try {
+        return std::make_unique<VdbReader>(path);
+    } catch (const Error& e) {
+        log_warning(fmt::format("{}; it is made again", e.what()));
+        return nullptr;
+    }
+}
+
 std::string stem_of(Component component, const CellGrid& grid, int facing) {
     return fmt::format("{}/{}", name(component), slot_name(grid, facing));
 }
@@ -95,7 +106,9 @@ fs::path WorkFolder::beside(const fs::path& map_file) { return map_file.string()
 std::optional<Cells> WorkFolder::read_cells() const {
     const fs::path path = path_ / "cells.vdb";
     if (!fs::exists(path)) return std::nullopt;
-    const VdbReader file(path);
+    const auto reader = open_unless_damaged(path);
+    if (!reader) return std::nullopt;
+    const VdbReader& file = *reader;
     check_settings(file, settings_, path);
     Cells cells;
     cells.grid = {file.vector("grid_local_corner"), file.number("grid_cell_size"),
@@ -153,9 +166,10 @@ fs::path WorkFolder::file_of(const Scene& scene, const LightSample& sample) cons
 bool WorkFolder::has(const Scene& scene, const LightSample& sample) const {
     const fs::path path = file_of(scene, sample);
     if (!fs::exists(path)) return false;
-    const VdbReader file(path);
-    check_settings(file, settings_, path);
-    return Vec3(file.vector("local_position")) == sample.position;
+    const auto file = open_unless_damaged(path);
+    if (!file) return false;
+    check_settings(*file, settings_, path);
+    return Vec3(file->vector("local_position")) == sample.position;
 }
 
 void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample& sample,

@@ -123,17 +123,5 @@ TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
     EXPECT_EQ(values[1], Rgb(0));
 }
 
-TEST(DropDarkPatches, RemovesThoseThatAreAlwaysZero) {
-    IlluminationMap map = constant_map({0, 5, 0, 7, -1});
-    EXPECT_EQ(drop_dark_patches(map), 2u);
-    ASSERT_EQ(map.patches.size(), 3u);
-    EXPECT_EQ(map.patches[1].cell, Index3(3, 0, 0));
-    EXPECT_EQ(map.index.find({3, 0, 0}, 0), 1);
-    EXPECT_EQ(map.index.find({0, 0, 0}, 0), -1);
-    const Polynomials& p = *map.lights[0].polynomials[0][int(Component::indirect)];
-    EXPECT_EQ(p.coefficients, (std::vector<float>{5, 5, 5, 7, 7, 7, -1, -1, -1}));
-    EXPECT_EQ(p.residuals, (std::vector<float>{1, 3, 4}));
-}
-
 }  // namespace
 }  // namespace pim

@@ -135,6 +135,17 @@ uint64_t peak_memory() {
     return uint64_t(usage.ru_maxrss) * 1024;
 }
 
+// Before the work, not after it.
+void check_output(const HeadlessOptions& o) {
+    namespace fs = std::filesystem;
+    check_image_name(o.output);
+    const fs::path folder = o.output.has_parent_path() ? o.output.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder))
+        throw Error(
+            fmt::format("{}: the folder {} does not exist; create it first", o.output.string(), folder.string()));
+    if (o.exposure != "auto") parse_number(o.exposure, "--exposure");
+}
+
 float choose_exposure(const Image& image, const std::string& text) {
     if (text == "auto") return automatic_exposure(image);
     return float(std::exp2(parse_number(text, "--exposure")));
@@ -146,6 +157,7 @@ void render_headless(const HeadlessOptions& o) {
     const Stopwatch load_watch;
     const BakedScene baked = read_baked_scene(o.map, o.geometry);
     const PictureOptions picture = picture_options(baked, o);
+    check_output(o);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     const double load_seconds = load_watch.seconds();
     const Stopwatch frame_watch;

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <random>
 
 #include "common/core/error.h"
 
@@ -35,7 +36,8 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
         throw Error(
             fmt::format("{}: the folder {} does not exist; create it first", path.string(), folder.string()));
     const fs::path temporary =
-        folder / fmt::format("{}.{}.tmp{}", path.stem().string(), ::getpid(), path.extension().string());
+        folder / fmt::format("{}.{:08x}{:08x}.tmp{}", path.stem().string(), std::random_device()(),
+                             std::random_device()(), path.extension().string());
     try {
         write(temporary);
         sync(temporary, O_RDONLY);

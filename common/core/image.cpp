@@ -61,11 +61,14 @@ float srgb_decode(float encoded) {
     return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
+void check_image_name(const std::filesystem::path& path) {
+    if (path.extension() != ".exr" && path.extension() != ".png")
+        throw UsageError(fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
+}
+
 void write_image(const std::filesystem::path& path, const Image& image, float exposure) {
+    check_image_name(path);
     const std::string extension = path.extension().string();
-    if (extension != ".exr" && extension != ".png")
-        throw UsageError(
-            fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
     write_atomically(path, [&](const std::filesystem::path& temporary) {
         const auto output = OIIO::ImageOutput::create(temporary.string());
         const bool exr = extension == ".exr";

@@ -25,6 +25,8 @@ float automatic_exposure(const Image& image);
 float srgb_encode(float linear);  // IEC 61966-2-1, clamped to [0,1]
 float srgb_decode(float encoded);
 
+void check_image_name(const std::filesystem::path& path);  // throws UsageError unless .exr or .png
+
 // .exr: 32-bit float, linear, `exposure` not applied. .png: 8 bits, image * exposure, sRGB, clipped.
 // Atomic. Throws Error on other extensions or when the file cannot be written.
 void write_image(const std::filesystem::path& path, const Image& image, float exposure);

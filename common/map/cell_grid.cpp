@@ -42,6 +42,8 @@ CellGrid make_grid(const Scene& scene) {
         throw Error(fmt::format("{}: [grid] bounds hold no surface of the scene; widen them", where));
     const Vec3d extent = Vec3d(box.max) - Vec3d(box.min);
     const double longest = std::max({extent.x, extent.y, extent.z});
+    if (!(longest > 0))
+        throw Error(fmt::format("{}: [grid] bounds have no extent; let max lie above min", where));
     CellGrid grid;
     grid.origin = Vec3d(box.min);
     grid.facings = scene.grid.facings;

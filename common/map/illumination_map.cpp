@@ -27,43 +27,16 @@ void add_box(const Polynomials& p, const std::array<float, kTermCount>& m, const
 
 }  // namespace
 
-std::size_t drop_dark_patches(IlluminationMap& map) {
-    std::vector<bool> lit(map.patches.size());
-    const auto for_each_polynomials = [&](auto visit) {
-        for (MapLight& light : map.lights)
-            for (auto& box : light.polynomials)
-                for (auto& polynomials : box)
-                    if (polynomials) visit(*polynomials);
-    };
-    for_each_polynomials([&](const Polynomials& p) {
-        for (std::size_t i = 0; i < p.coefficients.size(); ++i)
-            if (p.coefficients[i] != 0) lit[i / (3 * p.terms.size())] = true;
-    });
-    for_each_polynomials([&](Polynomials& p) {
-        const std::size_t numbers = 3 * p.terms.size();
-        std::size_t kept = 0;
-        for (std::size_t patch = 0; patch < lit.size(); ++patch) {
-            if (!lit[patch]) continue;
-            std::copy_n(&p.coefficients[patch * numbers], numbers, &p.coefficients[kept * numbers]);
-            p.residuals[kept++] = p.residuals[patch];
-        }
-        p.coefficients.resize(kept * numbers);
-        p.residuals.resize(kept);
-    });
-    const std::size_t before = map.patches.size();
-    std::size_t number = 0;
-    std::erase_if(map.patches, [&](const Patch&) { return !lit[number++]; });
-    map.index = PatchIndex(map.grid, map.patches);
-    return before - map.patches.size();
-}
-
 bool IlluminationMap::has(Component component) const {
     return std::ranges::find(components, component) != components.end();
 }
 
 void check_in_domain(const std::string& light, const Box3& domain, const Vec3& position,
                      const Vec3d& origin) {
-    const float rounding = 1e-5f * std::max(1.0f, (domain.max - domain.min).length());
+    float largest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        largest = std::max({largest, std::abs(domain.min[axis]), std::abs(domain.max[axis])});
+    const float rounding = 1e-5f * (domain.max - domain.min).length() + 0x1p-21f * largest;
     for (int axis = 0; axis < 3; ++axis)
         if (!(position[axis] >= domain.min[axis] - rounding &&
               position[axis] <= domain.max[axis] + rounding)) {
@@ -82,7 +55,10 @@ std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component componen
     for (std::size_t l = 0; l < lights.size(); ++l) {
         const MapLight& light = map.lights[l];
         check_in_domain(light.name, light.domain, lights[l].position, map.origin);
-        const Vec3d position(lights[l].position);
+        Vec3d position(lights[l].position);
+        for (int axis = 0; axis < 3; ++axis)  // the check forgives rounding; the boxes do not
+            position[axis] =
+                std::clamp(position[axis], double(light.domain.min[axis]), double(light.domain.max[axis]));
         const std::vector<double> weights = box_weights(light.boxes, position);
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
             const auto& polynomials = light.polynomials[b][int(component)];

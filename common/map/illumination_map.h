@@ -53,9 +53,6 @@ struct IlluminationMap {
     bool has(Component component) const;
 };
 
-// Drops patches whose irradiance is 0 wherever the lamps stand; returns how many.
-std::size_t drop_dark_patches(IlluminationMap& map);
-
 // A lamp as it stands in a picture.
 struct LightState {
     Vec3 position;  // local

@@ -223,7 +223,7 @@ class Reader {
                 continue;
             }
             Light light;
-            light.name = name;
+            light.name = unused_name(name);
             light.power = to_rgb(source.mColorDiffuse) * float(4 * kPi / kLumensPerWatt);  // 4 pi I / 683
             const M44d& transform = transforms_[name];
             light.position = file_.geometry.to_local(to_vector(source.mPosition) * transform);
@@ -234,6 +234,17 @@ class Reader {
                 fmt::format("lamp '{}' of the file: candela taken as {:.4g} {:.4g} {:.4g} W", name,
                             light.power.x, light.power.y, light.power.z));
         }
+    }
+
+    // Names of lamps become names of grids and files: no slashes, and no name twice.
+    std::string unused_name(std::string name) const {
+        std::ranges::replace(name, '/', '_');
+        const auto taken = [&](const std::string& n) {
+            return std::ranges::any_of(file_.lights, [&](const Light& l) { return l.name == n; });
+        };
+        std::string unused = name;
+        for (int k = 2; taken(unused); ++k) unused = fmt::format("{}_{}", name, k);
+        return unused;
     }
 
     void warn_of_emitters() {
