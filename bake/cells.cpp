@@ -88,10 +88,9 @@ void build_patches(const std::vector<Fragment>& fragments, Keep keep, Cells& cel
     }
 }
 
-// Drops patches on which no photon landed, from whatever lamp and by whatever way, where more than a few
-// would have at kDarkShare of the mean irradiance.
-void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, Cells& cells) {
-    const PatchIndex index(cells.grid, cells.patches);
+// Photons that landed on each patch.
+std::vector<double> hits_of_patches(const std::vector<Fragment>& fragments, const Reach& reach,
+                                    const Cells& cells, const PatchIndex& index) {
     std::vector<double> hits(cells.patches.size(), 0);
     for (std::size_t i = 0; i < fragments.size(); ++i) {
         const auto* patches = index.find_cell(cell_of(cells.grid, fragments[i].key));
@@ -99,14 +98,47 @@ void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, 
             if ((*patches)[slot] >= 0 && fragments[i].facing_area[slot % kFacingCount] > 0)
                 hits[(*patches)[slot]] += reach.hits[i];
     }
+    return hits;
+}
+
+// The connected unlit patches of one slot around `start`, each marked as seen.
+std::vector<uint32_t> dark_region(uint32_t start, const Cells& cells, const PatchIndex& index,
+                                  const std::vector<double>& hits, std::vector<bool>& seen) {
+    std::vector<uint32_t> region{start};
+    seen[start] = true;
+    for (std::size_t next = 0; next < region.size(); ++next) {
+        const Patch& patch = cells.patches[region[next]];
+        for (int n = 0; n < 27; ++n) {
+            const int p = index.find(patch.cell + Index3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), patch.slot);
+            if (p < 0 || seen[p] || hits[p] > 0) continue;
+            seen[p] = true;
+            region.push_back(uint32_t(p));
+        }
+    }
+    return region;
+}
+
+// Drops regions of patches on which no photon landed, from whatever lamp and by whatever way, where more than
+// a few would have at kDarkShare of the mean irradiance.
+void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, Cells& cells) {
+    const PatchIndex index(cells.grid, cells.patches);
+    const std::vector<double> hits = hits_of_patches(fragments, reach, cells, index);
     double all_hits = 0, lit_area = 0;
     for (std::size_t p = 0; p < hits.size(); ++p)
         if (hits[p] > 0) all_hits += hits[p], lit_area += cells.patches[p].area;
     if (!(all_hits > 0)) return;
     const double enough = -std::log(kDoubt) / (kDarkShare * all_hits / lit_area);  // m²
+    std::vector<bool> seen(hits.size(), false), dropped(hits.size(), false);
+    for (std::size_t p = 0; p < hits.size(); ++p) {
+        if (seen[p] || hits[p] > 0) continue;
+        const auto region = dark_region(uint32_t(p), cells, index, hits, seen);
+        double area = 0;
+        for (const uint32_t member : region) area += cells.patches[member].area;
+        for (const uint32_t member : region) dropped[member] = area > enough;
+    }
     std::size_t kept = 0;
     for (std::size_t p = 0; p < hits.size(); ++p) {
-        if (hits[p] == 0 && cells.patches[p].area > enough) continue;
+        if (dropped[p]) continue;
         cells.patches[kept] = cells.patches[p];
         cells.split[kept++] = cells.split[p];
     }
