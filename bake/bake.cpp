@@ -104,9 +104,10 @@ class Bake {
                 });
             });
             if (empty > 0)
-                throw Error(fmt::format("{}: light '{}': {} of its {} boxes hold no lamp position; raise samples or lower "
-                                        "boxes",
-                                        scene_.description_file.string(), scene_.lights[l].name, empty, boxes.size()));
+                throw Error(fmt::format(
+                    "{}: light '{}': {} of its {} boxes hold no lamp position; raise samples or lower "
+                    "boxes",
+                    scene_.description_file.string(), scene_.lights[l].name, empty, boxes.size()));
         }
     }
 
@@ -135,6 +136,8 @@ class Bake {
     MapLight fit_light(int number) {
         const Light& light = scene_.lights[number];
         MapLight map_light{light.name, light.domain, split_domain(light.domain, light.boxes), {}, {}};
+        map_light.type = light.rectangle() ? "rectangle" : "point";
+        map_light.power = light.power;
         for (const MapBox& box : map_light.boxes) {
             std::vector<LightSample> inside;
             for (const LightSample& s : samples_)

@@ -35,6 +35,8 @@ struct MapLight {
     std::vector<FitStatistics> fits;  // per box
     std::vector<std::array<std::optional<Polynomials>, kComponentCount>>
         polynomials;  // per box, by component
+    std::string type = "point";  // or "rectangle"
+    Rgb power{0};                // W per channel, as described
 };
 
 struct IlluminationMap {

@@ -101,6 +101,8 @@ VdbMetadata metadata_of(const IlluminationMap& map, const std::vector<std::strin
     for (const MapLight& light : map.lights) {
         lights.push_back(light.name);
         const std::string key = "light/" + light.name + "/";
+        m[key + "type"] = light.type;
+        m[key + "power"] = Vec3d(light.power);
         m[key + "domain_min"] = Vec3d(light.domain.min);
         m[key + "domain_max"] = Vec3d(light.domain.max);
         m[key + "boxes"] = double(light.boxes.size());
@@ -157,6 +159,8 @@ MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std
     const std::string key = "light/" + light_name + "/";
     MapLight light;
     light.name = light_name;
+    light.type = file.text(key + "type");
+    light.power = Rgb(file.vector(key + "power"));
     light.domain = Box3(Vec3(file.vector(key + "domain_min")), Vec3(file.vector(key + "domain_max")));
     for (std::size_t b = 0; b < std::size_t(file.number(key + "boxes")); ++b) {
         const std::string box_key = fmt::format("{}b{}/", key, b);
