@@ -14,7 +14,7 @@
 namespace pim {
 namespace {
 
-constexpr uint64_t kFirstPhotons = uint64_t{1} << 18;
+constexpr uint64_t kFirstPhotons = uint64_t{1} << 20;
 constexpr uint64_t kPhotonBlock = 4096;
 constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled when a doubling moves less
 constexpr double kLitShare = 0.1;     // of the mean irradiance: darker cells need not settle
