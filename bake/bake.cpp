@@ -5,6 +5,7 @@
 
 #include "bake/fit.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
@@ -87,11 +88,22 @@ class Bake {
 
   private:
     WorkFolder begin_work() {
+        check_output(output_);
+        check_receivers();
         samples_ = all_light_samples(scene_, solids_, warnings_);
         check_boxes();
         const fs::path folder = WorkFolder::beside(output_);
         if (options_.overwrite) fs::remove_all(folder);
-        return {folder, trace_settings(scene_, caster_), scene_.geometry.origin};
+        return {folder, trace_settings(scene_, caster_, solids_), scene_};
+    }
+
+    void check_receivers() const {
+        if (std::ranges::none_of(scene_.geometry.triangles,
+                                 [&](const Triangle& t) { return scene_.materials[t.material].receives(); }))
+            throw Error(
+                fmt::format("{}: all surfaces are mirrors or glass, which hold no irradiance; give some "
+                            "of them a diffuse reflectance in [[material]]",
+                            scene_.description_file.string()));
     }
 
     // Before anything is traced: a box without positions could not be fitted.
@@ -125,6 +137,7 @@ class Bake {
         map.patches = cells_.patches;
         map.index = cells_.index;
         map.grey = is_grey(scene_);
+        map.mend_signs = scene_.bake.mend_signs;
         map.components = scene_.bake.components;
         map.description = scene_.description;
         const fs::path folder = fs::absolute(output_).parent_path();
@@ -170,14 +183,13 @@ class Bake {
     }
 
     void note_seconds(const char* key, double seconds) {
-        nlohmann::json run = work_.read_run();
-        if (!run.is_object()) run = nlohmann::json::object();
-        run[key] = run.value(key, 0.0) + seconds;
-        run["bake_seconds"] =
-            run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0) + run.value("fit_seconds", 0.0);
-        run["threads"] = thread_count();
-        run["settings"] = trace_settings(scene_, caster_);
-        work_.write_run(run);
+        work_.update_run([&](nlohmann::json& run) {
+            run[key] = run.value(key, 0.0) + seconds;
+            run["bake_seconds"] = run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0) +
+                                  run.value("fit_seconds", 0.0);
+            run["threads"] = thread_count();
+            run["settings"] = trace_settings(scene_, caster_, solids_);
+        });
     }
 
     void report_account() {
@@ -198,15 +210,15 @@ class Bake {
                 fmt::format("photons were cut off after {} surfaces with {:.1f} % of the flux: surfaces "
                             "reflect nearly all light; expect the picture to be too dark by that",
                             kMaxPhotonBounces, 100 * std::max({c.x, c.y, c.z})));
-        nlohmann::json run = work_.read_run();
         const auto rgb = [](const Vec3d& v) { return nlohmann::json{v.x, v.y, v.z}; };
-        run["photons"] = {{"emitted", total.emitted},
-                          {"absorbed", total.absorbed},
-                          {"escaped", total.escaped},
-                          {"cut_off", total.cut_off}};
-        run["flux"] = {{"absorbed", rgb(a)},        {"escaped", rgb(e)}, {"cut_off", rgb(c)},
-                       {"shading_normals", rgb(n)}, {"sum", rgb(sum)},   {"standard_error", rgb(error)}};
-        work_.write_run(run);
+        work_.update_run([&](nlohmann::json& run) {
+            run["photons"] = {{"emitted", total.emitted},
+                              {"absorbed", total.absorbed},
+                              {"escaped", total.escaped},
+                              {"cut_off", total.cut_off}};
+            run["flux"] = {{"absorbed", rgb(a)},        {"escaped", rgb(e)}, {"cut_off", rgb(c)},
+                           {"shading_normals", rgb(n)}, {"sum", rgb(sum)},   {"standard_error", rgb(error)}};
+        });
     }
 
     BakeOptions options_;

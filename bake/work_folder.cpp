@@ -15,6 +15,9 @@ namespace pim {
 namespace fs = std::filesystem;
 namespace {
 
+// Counts up when the same settings give other volumes than before, so that old ones are not mixed in.
+constexpr int kTracerVersion = 2;
+
 std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
 
 std::string light_text(const Light& light) {
@@ -76,9 +79,9 @@ std::string stem_of(Component component, const CellGrid& grid, int facing) {
 
 }  // namespace
 
-std::string trace_settings(const Scene& s, const RayCaster& caster) {
+std::string trace_settings(const Scene& s, const RayCaster& caster, const Solids& solids) {
     const auto* count = std::get_if<CellCount>(&s.grid.resolution);
-    std::string out = fmt::format("geometry {}\n", s.geometry_hash);
+    std::string out = fmt::format("tracer {}\ngeometry {}\n", kTracerVersion, s.geometry_hash);
     out += count ? fmt::format("cells {}\n", count->longest)
                  : fmt::format("cell_size {:.17g}\n", std::get<CellSize>(s.grid.resolution).metres);
     if (s.grid.bounds)
@@ -89,11 +92,15 @@ std::string trace_settings(const Scene& s, const RayCaster& caster) {
                        s.bake.seed, caster.instruction_set());
     for (const Component c : s.bake.components) out += fmt::format("component {}\n", name(c));
     for (const Light& light : s.lights) out += light_text(light);
+    for (const std::string& solid : solids.names()) out += fmt::format("solid {}\n", solid);
     return out;
 }
 
-WorkFolder::WorkFolder(fs::path path, std::string settings, const Vec3d& origin)
-    : path_(std::move(path)), settings_(std::move(settings)), origin_(origin) {
+WorkFolder::WorkFolder(fs::path path, std::string settings, const Scene& scene)
+    : path_(std::move(path)),
+      settings_(std::move(settings)),
+      origin_(scene.geometry.origin),
+      channels_(is_grey(scene) ? 1 : 3) {
     std::error_code problem;
     fs::create_directories(path_, problem);
     if (problem)
@@ -177,6 +184,7 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     const EnergyAccount& a = volume.account;
     VdbMetadata m;
     m["settings"] = settings_;
+    m["geometry_hash"] = scene.geometry_hash;
     m["light"] = scene.lights[sample.light].name;
     m["sample"] = int64_t{sample.number};
     m["position"] = scene.geometry.to_world(sample.position);
@@ -197,10 +205,10 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
                 std::vector<float> density, variance;
                 for (const uint32_t p : facings[f].patches) {
                     const Rgb& d = volume.components[int(c)].density[p];
-                    density.insert(density.end(), {d.x, d.y, d.z});
+                    density.insert(density.end(), &d.x, &d.x + channels_);
                     variance.push_back(volume.components[int(c)].variance[p]);
                 }
-                writer.add(stem_of(c, cells.grid, f) + "/density", facings[f].cells, density, 3);
+                writer.add(stem_of(c, cells.grid, f) + "/density", facings[f].cells, density, channels_);
                 writer.add(stem_of(c, cells.grid, f) + "/variance", facings[f].cells, variance, 1);
             }
         writer.finish();
@@ -236,14 +244,14 @@ EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sa
     return a;
 }
 
-nlohmann::json WorkFolder::read_run() const {
+void WorkFolder::update_run(const std::function<void(nlohmann::json&)>& change) const {
     const fs::path path = path_ / "run.json";
-    return fs::exists(path) ? nlohmann::json::parse(read_text(path), nullptr, false)
-                            : nlohmann::json::object();
-}
-
-void WorkFolder::write_run(const nlohmann::json& run) const {
-    write_text_atomically(path_ / "run.json", run.dump(2) + "\n");
+    const FileLock lock(path_ / "run.lock");
+    nlohmann::json run =
+        fs::exists(path) ? nlohmann::json::parse(read_text(path), nullptr, false) : nlohmann::json::object();
+    if (!run.is_object()) run = nlohmann::json::object();
+    change(run);
+    write_text_atomically(path, run.dump(2) + "\n");
 }
 
 void WorkFolder::remove() const {

@@ -4,20 +4,22 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
 #include "bake/density.h"
+#include "common/scene/geometry_check.h"
 
 namespace pim {
 
 // All settings that decide what a density volume holds, in words; volumes of another one are not mixed.
-std::string trace_settings(const Scene& scene, const RayCaster& caster);
+std::string trace_settings(const Scene& scene, const RayCaster& caster, const Solids& solids);
 
 class WorkFolder {
   public:
     // `settings` from trace_settings. Creates the folder where needed. Throws Error: not writable.
-    WorkFolder(std::filesystem::path path, std::string settings, const Vec3d& origin);
+    WorkFolder(std::filesystem::path path, std::string settings, const Scene& scene);
 
     static std::filesystem::path beside(const std::filesystem::path& map_file);  // OUT.vdb.work
 
@@ -32,8 +34,8 @@ class WorkFolder {
                                     Component component) const;
     EnergyAccount read_account(const Scene& scene, const LightSample& sample) const;
 
-    nlohmann::json read_run() const;  // empty object if there is none
-    void write_run(const nlohmann::json& run) const;
+    // Changes run.json, one process at a time: parts of a farm may end at once.
+    void update_run(const std::function<void(nlohmann::json&)>& change) const;
     void remove() const;
     const std::filesystem::path& path() const { return path_; }
 
@@ -43,6 +45,7 @@ class WorkFolder {
     std::filesystem::path path_;
     std::string settings_;
     Vec3d origin_;
+    int channels_;  // of a density: 1 where the scene is grey
 };
 
 }  // namespace pim

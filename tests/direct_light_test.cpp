@@ -20,8 +20,7 @@ Mean irradiance(const Scene& scene, const Vec3& from, const Vec3& towards, int r
     Mean mean;
     for (int i = 0; i < repeats; ++i) {
         RandomStream random(1, RandomPurpose::evaluation, 0, uint64_t(i));
-        mean.add(
-            direct_irradiance(scene, caster, lamp, {lamp.position, lamp.power}, surface, kSamples, random).x);
+        mean.add(direct_irradiance(caster, lamp, {lamp.position, lamp.power}, surface, kSamples, random).x);
     }
     return mean;
 }
@@ -44,8 +43,7 @@ TEST(DirectLight, PointLampOverAPlane) {  // E = I h / (h² + r²)^(3/2), I = po
     RandomStream random(1, RandomPurpose::evaluation, 0, 0);
     for (const float r : {0.0f, 0.5f, 3.0f, 9.0f}) {
         const SurfacePoint surface = surface_seen(scene, caster, {r, 1, 0}, {r, 0, 0});
-        const Rgb e =
-            direct_irradiance(scene, caster, scene.lights[0], {{0, 2, 0}, Rgb(12)}, surface, 1, random);
+        const Rgb e = direct_irradiance(caster, scene.lights[0], {{0, 2, 0}, Rgb(12)}, surface, 1, random);
         const double expected = 12 / (4 * M_PI) * 2 / std::pow(4 + double(r) * r, 1.5);
         EXPECT_NEAR(e.x, expected, 2e-6 * expected);  // some ten roundings, positions' included
     }
@@ -57,7 +55,7 @@ TEST(DirectLight, ShadowAndBackFaces) {
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     RandomStream random(1, RandomPurpose::evaluation, 0, 0);
     const auto e = [&](const Vec3& from, const Vec3& towards) {
-        return direct_irradiance(scene, caster, scene.lights[0], {{0, 2, 0}, Rgb(1)},
+        return direct_irradiance(caster, scene.lights[0], {{0, 2, 0}, Rgb(1)},
                                  surface_seen(scene, caster, from, towards), 1, random)
             .x;
     };

@@ -179,6 +179,57 @@ TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
         EXPECT_EQ(entry.path().filename().string().find(".tmp"), std::string::npos) << entry.path();
 }
 
+TEST(EndToEnd, WhatCannotWorkIsSaidBeforeTheWork) {
+    const std::string scene = description("early");
+    fs::create_directories(test_folder() / "folder.vdb");
+    expect_failure("bake run " + scene + " -o " + (test_folder() / "folder.vdb").string(), 1,
+                   {"folder.vdb", "is a folder"});
+    expect_failure("bake run " + scene + " -o /nowhere/early.vdb", 1, {"/nowhere"});
+    EXPECT_FALSE(fs::exists(test_folder() / "folder.vdb.work"));
+    std::ofstream(test_folder() / "mirror.mtl") << "newmtl m\nKd 0 0 0\nKs 0.9 0.9 0.9\nillum 3\n";
+    std::ofstream(test_folder() / "mirror.obj")
+        << "mtllib mirror.mtl\nv 0 0 0\nv 5 0 0\nv 0 5 0\nusemtl m\nf 1 2 3\n";
+    expect_failure("bake run " + description("mirrors", "", (test_folder() / "mirror.obj").string()), 1,
+                   {"mirrors.toml", "mirrors or glass", "[[material]]"});
+}
+
+// A camera inside a closed object makes a room of it, where lamps may stand.
+TEST(EndToEnd, AWorkFolderBelongsToItsSolids) {
+    const std::string map = map_path("solids");
+    const auto scene = [](const std::string& eye) {
+        return description("solids",
+                           "[[camera]]\nname = \"second\"\neye = [" + eye + "]\ntarget = [9, 0.31, 0.2]\n");
+    };
+    ASSERT_EQ(run("bake trace " + scene("2.7, 2.7, -7") + " -o " + map + " --part 1/9").code, 0);
+    EXPECT_EQ(run("bake trace " + scene("2.7, 2.7, -9") + " -o " + map + " --part 1/9").code, 0);
+    expect_failure("bake trace " + scene("1.86, 0.8, 1.69") + " -o " + map + " --part 1/9", 1,
+                   {"cells.vdb", "other settings", "--overwrite"});
+}
+
+TEST(EndToEnd, GreyScenesHaveOneChannel) {
+    const std::string grey =
+        "[[material]]\nname = \"red\"\ndiffuse = [0.5, 0.5, 0.5]\n"
+        "[[material]]\nname = \"green\"\ndiffuse = [0.5, 0.5, 0.5]\n"
+        "[[material]]\nname = \"white\"\ndiffuse = [0.7, 0.7, 0.7]\n";
+    for (const bool is_grey : {true, false}) {
+        const std::string name = is_grey ? "grey" : "coloured";
+        ASSERT_EQ(run("bake run " + description(name, is_grey ? grey : "")).code, 0);
+        for (const std::string& file : {map_path(name), map_path(name) + ".work/lamp.000003.vdb"}) {
+            const VdbReader reader(file);
+            for (const std::string& grid : reader.grid_names()) {
+                if (grid.ends_with("/density") || grid.ends_with("/a19")) {
+                    EXPECT_EQ(reader.channels(grid), is_grey ? 1 : 3) << file << " " << grid;
+                }
+            }
+        }
+    }
+    const std::string out = " --output " + (test_folder() / "d.png").string() + " --view density --volume ";
+    EXPECT_EQ(run("viewer " + map_path("grey") + out + map_path("grey") + ".work/lamp.000003.vdb").code, 0);
+    expect_failure("viewer " + map_path("grey") + out + map_path("coloured") + ".work/lamp.000003.vdb", 1,
+                   {"lamp.000003.vdb", "no density volume of this map"});
+    expect_failure("viewer " + map_path("grey") + out + "x.vdb --direct traced", 2, {"--direct traced"});
+}
+
 TEST(EndToEnd, ViewerRefusesWhatItCannotShow) {
     const std::string map = map_path("viewer"), out = " --output " + (test_folder() / "v.png").string();
     ASSERT_EQ(run("bake run " + description("viewer", "", kCornell, "cells = 12") + " -o " + map).code, 0);

@@ -123,5 +123,11 @@ TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
     EXPECT_EQ(values[1], Rgb(0));
 }
 
+TEST(PatchIrradiance, TheThesisKeepsNegativeValues) {
+    IlluminationMap map = constant_map({2, -1});
+    map.mend_signs = false;
+    EXPECT_EQ(patch_irradiance(map, Component::indirect, {{Vec3(0), Rgb(1, 2, 3)}})[1], Rgb(-1, -2, -3));
+}
+
 }  // namespace
 }  // namespace pim

@@ -174,7 +174,7 @@ TEST(PathRadiance, DirectPartAgreesWithShadowRays) {
             if (i < 500)
                 shadow_rays.add(
                     0.8 / M_PI *
-                    direct_irradiance(scene, caster, scene.lights[0], paths.lights[0], seen, 64, random).x);
+                    direct_irradiance(caster, scene.lights[0], paths.lights[0], seen, 64, random).x);
         }
         expect_same(direct, shadow_rays, 1e-5 * shadow_rays.value(), 2);  // slack: float sums of 64
     }

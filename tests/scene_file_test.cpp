@@ -231,7 +231,9 @@ TEST_F(SceneFile, MissingAndDoubleThings) {
 TEST_F(SceneFile, ThesisPreset) {
     for (const std::string& more :
          {std::string(), std::string("[grid]\ncells = 30\n"), std::string("[bake]\nphotons = 500\n"),
-          std::string("[grid]\ncells = 30\n[bake]\nphotons = 500\nrobust = \"auto\"\n")}) {
+          std::string("[grid]\ncells = 30\n[bake]\nphotons = 500\nrobust = \"auto\"\n"),
+          std::string("[grid]\nfacings = true\nestimator = \"area\"\n[bake]\nstore = \"incident\"\n"
+                      "components = [\"indirect\"]\ndegree = 1\n")}) {
         const Scene scene = read("preset = \"thesis\"\n" + kScene + kLight +
                                  "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2, 2, 2]\n" + more);
         EXPECT_FALSE(scene.grid.facings);
@@ -241,6 +243,7 @@ TEST_F(SceneFile, ThesisPreset) {
         EXPECT_EQ(scene.bake.robust, Robust::off);
         EXPECT_EQ(scene.bake.store, Store::absorbed);
         EXPECT_FALSE(scene.bake.shrinkage);
+        EXPECT_FALSE(scene.bake.mend_signs);
         EXPECT_EQ(scene.bake.degree, 3);
         EXPECT_EQ(scene.lights[0].boxes, Index3(1));
     }
@@ -253,6 +256,8 @@ TEST_F(SceneFile, OverriddenPhotonsStandInTheDescription) {
     EXPECT_EQ(scene.bake.photons, 777u);
     EXPECT_EQ(read(scene.description).bake.photons, 777u);  // what is stored makes the same map
     EXPECT_EQ(read(kScene + kLight, options).bake.photons, 777u);
+    const std::string wrong = message_of<Error>([&] { read(kScene + kLight + "\n\n[extra]\n", options); });
+    EXPECT_NE(wrong.find("test.toml:8:"), std::string::npos) << "lines of the user's own file: " << wrong;
 }
 
 TEST_F(SceneFile, GeometryHashFollowsWhatLightSees) {

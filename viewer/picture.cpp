@@ -57,6 +57,12 @@ Moment moment_of(const BakedScene& baked, const RayCaster& caster, const Picture
 
 std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::path& file) {
     const VdbReader reader(file);
+    const auto alien = [&] {
+        return Error(
+            fmt::format("{}: is no density volume of this map: another grid or scene", file.string()));
+    };
+    if (!reader.metadata().contains("geometry_hash") || reader.text("geometry_hash") != map.geometry_hash)
+        throw alien();
     std::vector<Rgb> values(map.patches.size(), Rgb(0));
     const auto facings = cells_by_slot(map.patches);
     bool any = false;
@@ -65,11 +71,14 @@ std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::
             const std::string grid = fmt::format("{}/{}/density", name(c), slot_name(map.grid, f));
             if (facings[f].cells.empty() || !reader.has(grid)) continue;
             any = true;
+            auto active = reader.active_cells(grid);
+            std::sort(active.begin(), active.end(), cell_before);
+            if (active != facings[f].cells) throw alien();
             const auto own = reader.values(grid, facings[f].cells, 3);
             for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
                 values[facings[f].patches[i]] += Rgb(own[3 * i], own[3 * i + 1], own[3 * i + 2]);
         }
-    if (!any) throw Error(fmt::format("{}: is no density volume of this map", file.string()));
+    if (!any) throw alien();
     return values;
 }
 

@@ -4,6 +4,7 @@
 #include <OpenImageIO/hash.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -28,13 +29,35 @@ void sync(const fs::path& path, int flags) {
         throw Error(fmt::format("{}: cannot be written to disk: {}", path.string(), std::strerror(errno)));
 }
 
+fs::path folder_of(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
 }  // namespace
 
-void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+void check_output(const fs::path& path) {
+    const fs::path folder = folder_of(path);
     if (!fs::is_directory(folder))
         throw Error(
             fmt::format("{}: the folder {} does not exist; create it first", path.string(), folder.string()));
+    if (fs::is_directory(path))
+        throw Error(fmt::format("{}: is a folder; name a file to write", path.string()));
+}
+
+FileLock::FileLock(const fs::path& path)
+    : descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX) != 0) {
+        const int problem = errno;
+        if (descriptor_ >= 0) ::close(descriptor_);
+        throw Error(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(problem)));
+    }
+}
+
+FileLock::~FileLock() { ::close(descriptor_); }
+
+void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+    check_output(path);
+    const fs::path folder = folder_of(path);
     const fs::path temporary =
         folder / fmt::format("{}.{:08x}{:08x}.tmp{}", path.stem().string(), std::random_device()(),
                              std::random_device()(), path.extension().string());

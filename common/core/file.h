@@ -18,6 +18,21 @@ void write_text_atomically(const std::filesystem::path& path, const std::string&
 
 std::string read_text(const std::filesystem::path& path);  // throws Error
 
+// Before long work: can `path` become a file? Throws Error: its folder is missing, or it is a folder itself.
+void check_output(const std::filesystem::path& path);
+
+// Held by one process at a time, while it lives; others wait. Creates the file. Throws Error.
+class FileLock {
+  public:
+    explicit FileLock(const std::filesystem::path& path);
+    ~FileLock();
+    FileLock(const FileLock&) = delete;
+    FileLock& operator=(const FileLock&) = delete;
+
+  private:
+    int descriptor_;
+};
+
 // 128-bit content hash; feed() chains.
 class ContentHash {
   public:

@@ -129,6 +129,10 @@ std::optional<Index3> SurfaceCells::fine_cell(uint32_t triangle, Side side, cons
     return fine;
 }
 
+bool cell_before(const Index3& a, const Index3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
 bool patch_before(const Patch& a, const Patch& b) {
     return std::tie(a.cell.x, a.cell.y, a.cell.z, a.slot) < std::tie(b.cell.x, b.cell.y, b.cell.z, b.slot);
 }

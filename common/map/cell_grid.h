@@ -104,6 +104,7 @@ class PatchIndex {
     std::vector<std::array<int32_t, kSlotCount>> cells_;
 };
 
+bool cell_before(const Index3& a, const Index3& b);
 bool patch_before(const Patch& a, const Patch& b);
 
 }  // namespace pim

@@ -67,8 +67,9 @@ std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component componen
                     lights[l].power * float(weights[b]), sum);
         }
     }
-    for (Rgb& e : sum)
-        for (int c = 0; c < 3; ++c) e[c] = std::max(e[c], 0.0f);
+    if (map.mend_signs)
+        for (Rgb& e : sum)
+            for (int c = 0; c < 3; ++c) e[c] = std::max(e[c], 0.0f);
     return sum;
 }
 

@@ -34,7 +34,7 @@ struct MapLight {
     std::vector<MapBox> boxes;
     std::vector<FitStatistics> fits;  // per box
     std::vector<std::array<std::optional<Polynomials>, kComponentCount>>
-        polynomials;  // per box, by component
+        polynomials;             // per box, by component
     std::string type = "point";  // or "rectangle"
     Rgb power{0};                // W per channel, as described
 };
@@ -44,7 +44,8 @@ struct IlluminationMap {
     CellGrid grid;
     std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
-    bool grey = false;  // one channel stands for three
+    bool grey = false;       // one channel stands for three
+    bool mend_signs = true;  // negative values of a polynomial count as 0
     std::vector<Component> components;
     std::vector<MapLight> lights;
     std::string description;    // the scene description that was baked
@@ -61,7 +62,8 @@ struct LightState {
     Rgb power;      // W per channel, gain applied
 };
 
-// Irradiance of every patch by the given component under all lamps, W/m², negative values cut to 0.
+// Irradiance of every patch by the given component under all lamps, W/m², negative values cut to 0
+// where the map asks for it (mend_signs).
 // Throws UsageError if a lamp stands outside its domain, naming it.
 std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component component,
                                   const std::vector<LightState>& lights);

@@ -96,6 +96,7 @@ VdbMetadata metadata_of(const IlluminationMap& map, const std::vector<std::strin
     m["grid_size"] = Vec3d(map.grid.size);
     m["grid_facings"] = int64_t{map.grid.facings};
     m["grey"] = int64_t{map.grey};
+    m["mend_signs"] = int64_t{map.mend_signs};
     std::vector<std::string> components, lights;
     for (const Component c : map.components) components.push_back(name(c));
     for (const MapLight& light : map.lights) {
@@ -257,6 +258,7 @@ IlluminationMap read_map(const std::filesystem::path& path) {
     map.grid.size = Index3(file.vector("grid_size"));
     map.grid.facings = file.integer("grid_facings") != 0;
     map.grey = file.integer("grey") != 0;
+    map.mend_signs = file.integer("mend_signs") != 0;
     map.description = file.text("scene");
     map.geometry_path = file.text("geometry");
     map.geometry_hash = file.text("geometry_hash");

@@ -10,7 +10,7 @@
 
 namespace pim {
 
-inline constexpr int kFormatVersion = 1;
+inline constexpr int kFormatVersion = 2;
 
 // Atomic; same map, same bytes. Throws Error.
 void write_map(const std::filesystem::path& path, const IlluminationMap& map);

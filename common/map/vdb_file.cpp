@@ -230,6 +230,10 @@ std::vector<std::string> VdbReader::grid_names() const {
 
 bool VdbReader::has(const std::string& name) const { return implementation_->file->hasGrid(name); }
 
+int VdbReader::channels(const std::string& name) const {
+    return implementation_->read(name)->isType<FloatGrid>() ? 1 : 3;
+}
+
 std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
     std::vector<Index3> cells;
     const auto collect = [&](const auto& grid) {

@@ -49,6 +49,7 @@ class VdbReader {
     const VdbMetadata& metadata() const;
     std::vector<std::string> grid_names() const;
     bool has(const std::string& name) const;
+    int channels(const std::string& name) const;                      // 1 or 3; throws Error
     std::vector<Index3> active_cells(const std::string& name) const;  // throws Error: no such grid
     // Values at the cells, one after the other, as 3 channels where `channels` is 3 (a float grid repeats its
     // value). Throws Error: no such grid, or it cannot be read.

@@ -24,7 +24,7 @@ float geometry_term(const RayCaster& caster, const SurfacePoint& s, const Vec3& 
 
 }  // namespace
 
-Rgb direct_irradiance(const Scene&, const RayCaster& caster, const Light& light, const LightState& state,
+Rgb direct_irradiance(const RayCaster& caster, const Light& light, const LightState& state,
                       const SurfacePoint& surface, int samples, RandomStream& random) {
     Vec3 towards;
     const RectangleShape* rectangle = light.rectangle();

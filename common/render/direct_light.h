@@ -9,8 +9,7 @@ namespace pim {
 
 // Irradiance at `surface` from one lamp, as its shading normal sees it, W/m². A rectangular lamp takes
 // `samples` stratified shadow rays, jittered by `random`; a point lamp one.
-Rgb direct_irradiance(const Scene& scene, const RayCaster& caster, const Light& light,
-                      const LightState& state, const SurfacePoint& surface, int samples,
-                      RandomStream& random);
+Rgb direct_irradiance(const RayCaster& caster, const Light& light, const LightState& state,
+                      const SurfacePoint& surface, int samples, RandomStream& random);
 
 }  // namespace pim

@@ -28,8 +28,7 @@ Rgb traced_direct(const Moment& m, const SurfacePoint& surface, RandomStream& ra
     Rgb sum(0);
     if (m.direct != DirectLight::traced) return sum;
     for (std::size_t l = 0; l < m.lights.size(); ++l)
-        sum += direct_irradiance(m.scene, m.caster, m.scene.lights[l], m.lights[l], surface, m.shadow_samples,
-                                 random);
+        sum += direct_irradiance(m.caster, m.scene.lights[l], m.lights[l], surface, m.shadow_samples, random);
     return sum;
 }
 

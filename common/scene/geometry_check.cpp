@@ -157,6 +157,7 @@ Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
         for (const uint32_t t : all[i])
             for (const Vec3& corner : g.corners(t)) solid->box.extendBy(corner);
         solid->name = g.objects[g.triangles[all[i][0]].object];
+        if (solid->name.empty()) solid->name = "unnamed";
         solid->inside = std::make_unique<Inside>(solid->mesh);
         const auto inside = [&](const Vec3& p) { return solid->contains(p); };
         if (std::ranges::any_of(rooms_seen_from, inside) || std::ranges::any_of(one_point_of_each, inside))
@@ -169,8 +170,14 @@ Solids::~Solids() = default;
 
 std::string Solids::containing(const Vec3& point) const {
     for (const auto& solid : implementation_->solids)
-        if (solid->contains(point)) return solid->name.empty() ? "unnamed" : solid->name;
+        if (solid->contains(point)) return solid->name;
     return {};
+}
+
+std::vector<std::string> Solids::names() const {
+    std::vector<std::string> names;
+    for (const auto& solid : implementation_->solids) names.push_back(solid->name);
+    return names;
 }
 
 bool triangle_meets_box(const std::array<Vec3, 3>& c, const Box3d& box) {

@@ -30,6 +30,7 @@ class Solids {
     ~Solids();
     // Name of the object that `point` (local) stands inside; empty if none.
     std::string containing(const Vec3& point) const;
+    std::vector<std::string> names() const;  // of the objects that are solids
 
   private:
     struct Implementation;

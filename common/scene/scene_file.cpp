@@ -211,10 +211,8 @@ class DescriptionReader {
         if (counted) grid.resolution = CellCount{int(table.integer("cells", 64, 1, 4096))};
         if (sized) grid.resolution = CellSize{table.number("cell_size", 1, 1e-12, 1e12)};
         if (table.has("bounds")) grid.bounds = to_box(table.table("bounds"), scene_.geometry);
-        grid.facings = table.flag("facings", !thesis_);
-        const auto fallback = thesis_ ? Estimator::sphere : Estimator::area;
-        grid.estimator =
-            table.has("estimator") ? Estimator(table.choice("estimator", {"area", "sphere"})) : fallback;
+        grid.facings = table.flag("facings", true);
+        grid.estimator = Estimator(table.choice("estimator", {"area", "sphere"}));
         if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
         table.refuse_unknown();
     }
@@ -230,8 +228,6 @@ class DescriptionReader {
         if (bake.robust == Robust::always)
             table.fail("robust",
                        "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
-        explicit_store_ = table.has("store");
-        explicit_components_ = table.has("components");
         table.refuse_unknown();
     }
 
@@ -255,18 +251,31 @@ class DescriptionReader {
         if (indirect) scene_.bake.components.push_back(Component::indirect);
     }
 
-    // What the thesis does, where the description says nothing else.
+    // The thesis' method and nothing else; what the description says otherwise is named in a warning.
     void apply_thesis() {
-        if (!root_.has("grid")) {
-            scene_.grid.facings = false;
-            scene_.grid.estimator = Estimator::sphere;
-        }
+        std::vector<std::string> overruled;
+        const auto set = [&](auto& setting, const auto& value, const char* table, const char* key) {
+            if (root_.raw()[table][key] && setting != value)
+                overruled.push_back(fmt::format("{}.{}", table, key));
+            setting = value;
+        };
+        set(scene_.grid.facings, false, "grid", "facings");
+        set(scene_.grid.estimator, Estimator::sphere, "grid", "estimator");
+        set(scene_.bake.degree, 3, "bake", "degree");
+        set(scene_.bake.robust, Robust::off, "bake", "robust");
+        set(scene_.bake.store, Store::absorbed, "bake", "store");
+        set(scene_.bake.components, std::vector{Component::direct, Component::indirect}, "bake",
+            "components");
         scene_.grid.reachable_area_only = false;
-        scene_.bake.robust = Robust::off;
         scene_.bake.shrinkage = false;
-        if (!explicit_store_) scene_.bake.store = Store::absorbed;
-        if (!explicit_components_) scene_.bake.components = {Component::direct, Component::indirect};
-        for (Light& light : scene_.lights) light.boxes = Index3(1);
+        scene_.bake.mend_signs = false;
+        for (Light& light : scene_.lights) {
+            if (light.boxes != Index3(1)) overruled.push_back(fmt::format("boxes of '{}'", light.name));
+            light.boxes = Index3(1);
+        }
+        if (!overruled.empty())
+            log_warning(
+                fmt::format("{}: preset = \"thesis\" overrules {}", name_, fmt::join(overruled, ", ")));
     }
 
     void finish() {
@@ -295,16 +304,18 @@ class DescriptionReader {
     SceneOptions options_;
     Scene scene_;
     std::vector<std::string> described_lights_;
-    bool thesis_ = false, explicit_store_ = false, explicit_components_ = false;
+    bool thesis_ = false;
 };
 
-// The description with overrides written into it, so that a map's own description makes the same map.
-std::string apply_overrides(const std::string& text, const std::string& name, const SceneOptions& options) {
-    if (!options.photons) return text;
-    toml::table root = parse(text, name);
+// Overrides are written into the description, so that a map's own description makes the same map.
+void apply_overrides(toml::table& root, const SceneOptions& options) {
+    if (!options.photons) return;
     if (!root.contains("bake")) root.insert("bake", toml::table{});
     if (toml::table* bake = root["bake"].as_table())
         bake->insert_or_assign("photons", int64_t(*options.photons));
+}
+
+std::string text_of(const toml::table& root) {
     std::ostringstream out;
     out << root << "\n";
     return out.str();
@@ -314,11 +325,11 @@ std::string apply_overrides(const std::string& text, const std::string& name, co
 
 Scene read_scene_text(const std::string& text, const std::string& name, const fs::path& folder,
                       const SceneOptions& options) {
-    const std::string description = apply_overrides(text, name, options);
-    const toml::table root = parse(description, name);
+    toml::table root = parse(text, name);
+    apply_overrides(root, options);
     Scene scene = DescriptionReader(root, name, folder, options).read();
     scene.description_file = name;
-    scene.description = description;
+    scene.description = options.photons ? text_of(root) : text;
     return scene;
 }
 
