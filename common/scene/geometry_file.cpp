@@ -4,16 +4,22 @@
 #include <ImathMatrix.h>
 #include <assimp/GltfMaterial.h>
 #include <assimp/ObjMaterial.h>
+#include <assimp/commonMetaData.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
 #include <map>
+#include <set>
+#include <string_view>
 
 #include "common/core/error.h"
+#include "common/scene/emitters.h"
+#include "common/scene/gltf_lights.h"
 
 namespace pim {
 namespace {
@@ -23,7 +29,8 @@ using Imath::M44d;
 
 // Metals rougher than this scatter like paint; only smoother ones are taken as mirrors.
 constexpr float kRoughestMirror = 0.3f;
-constexpr double kLumensPerWatt = 683;  // photometric lamps of glTF, at 555 nm
+constexpr double kLumensPerWatt = 683;       // photometric lamps of glTF, at 555 nm
+constexpr std::size_t kMostSuggestions = 8;  // lamps in place of one shining material
 
 M44d to_row_vectors(const aiMatrix4x4& m) {
     return M44d(m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4,
@@ -32,6 +39,11 @@ M44d to_row_vectors(const aiMatrix4x4& m) {
 
 Vec3d to_vector(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 Rgb to_rgb(const aiColor3D& c) { return {c.r, c.g, c.b}; }
+
+Rgb not_negative(Rgb c) {
+    for (int i = 0; i < 3; ++i) c[i] = std::isfinite(c[i]) ? std::max(c[i], 0.0f) : 0.0f;
+    return c;
+}
 
 class Reader {
   public:
@@ -52,9 +64,9 @@ class Reader {
         add_node(*source_->mRootNode, root);
         if (file_.geometry.triangles.empty())
             throw Error(fmt::format("{}: holds no triangles; is it the right file?", path_.string()));
-        warn_of_emitters();
         choose_origin();
         add_lights();
+        warn_of_emitters();  // after the lamps, whose names it must not take
         return std::move(file_);
     }
 
@@ -73,7 +85,8 @@ class Reader {
         }
         read_texture(source, material);
         limit_reflectance(material);
-        if (source.Get(AI_MATKEY_COLOR_EMISSIVE, color) == AI_SUCCESS) emission_.back() = to_rgb(color);
+        if (source.Get(AI_MATKEY_COLOR_EMISSIVE, color) == AI_SUCCESS)
+            emission_.back() = not_negative(to_rgb(color));
     }
 
     void read_metallic_roughness(const aiMaterial& source, const Rgb& base, Material& material) {
@@ -111,12 +124,8 @@ class Reader {
     }
 
     void limit_reflectance(Material& material) {
-        for (int c = 0; c < 3; ++c) {
-            float& d = material.diffuse[c];
-            float& s = material.specular[c];
-            d = std::isfinite(d) ? std::max(d, 0.0f) : 0.0f;
-            s = std::isfinite(s) ? std::max(s, 0.0f) : 0.0f;
-        }
+        material.diffuse = not_negative(material.diffuse);
+        material.specular = not_negative(material.specular);
         const float most = max_channel(material.diffuse + material.specular);
         if (most <= 1) return;
         file_.warnings.push_back(fmt::format(
@@ -133,6 +142,10 @@ class Reader {
         const auto [known, is_new] = texture_index_.try_emplace(name.C_Str(), int(file_.textures.size()));
         if (is_new) file_.textures.push_back(load_texture(name.C_Str(), material.name));
         material.texture = known->second;
+        // The base colour is a metal's reflectance; OBJ's map_Kd leaves Ks alone.
+        aiColor3D base;
+        material.texture_tints_specular =
+            source.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS && !is_black(material.specular);
     }
 
     Image load_texture(const std::string& name, const std::string& material) {
@@ -211,80 +224,81 @@ class Reader {
     }
 
     // --- lamps ---
+    bool is_gltf() const {
+        aiString format;
+        return source_->mMetaData && source_->mMetaData->Get(AI_METADATA_SOURCE_FORMAT, format) &&
+               std::string_view(format.C_Str()) == "glTF2 Importer";
+    }
+
     void add_lights() {
-        for (unsigned i = 0; i < source_->mNumLights; ++i) {
-            const aiLight& source = *source_->mLights[i];
-            const std::string name = source.mName.C_Str();
-            if (source.mType != aiLightSource_POINT) {
-                file_.warnings.push_back(
-                    fmt::format("lamp '{}' of the file is no point lamp and is left out: only "
-                                "point and rectangle lamps exist",
-                                name));
-                continue;
-            }
-            Light light;
-            light.name = unused_name(name);
-            light.power = to_rgb(source.mColorDiffuse) * float(4 * kPi / kLumensPerWatt);  // 4 pi I / 683
-            const M44d& transform = transforms_[name];
-            light.position = file_.geometry.to_local(to_vector(source.mPosition) * transform);
-            light.domain = Box3(light.position);
-            light.samples = 1;
-            file_.lights.push_back(light);
-            file_.warnings.push_back(
-                fmt::format("lamp '{}' of the file: candela taken as {:.4g} {:.4g} {:.4g} W", name,
-                            light.power.x, light.power.y, light.power.z));
+        if (is_gltf()) {
+            for (const GltfLight& light : read_gltf_lights(path_))
+                add_light(light.name, light.type == "point", light.intensity, light.position * scale_);
+            return;
         }
+        for (unsigned i = 0; i < source_->mNumLights; ++i) {
+            const aiLight& light = *source_->mLights[i];
+            add_light(light.mName.C_Str(), light.mType == aiLightSource_POINT, to_rgb(light.mColorDiffuse),
+                      to_vector(light.mPosition) * transforms_[light.mName.C_Str()]);
+        }
+    }
+
+    void add_light(const std::string& name, bool is_point, const Rgb& intensity, const Vec3d& position) {
+        if (!is_point) {
+            file_.warnings.push_back(fmt::format(
+                "lamp '{}' of the file is no point lamp and is left out: only point and rectangle lamps "
+                "exist",
+                name));
+            return;
+        }
+        Light light;
+        light.name = unused_name(name);
+        light.power = intensity * float(4 * kPi / kLumensPerWatt);  // 4 pi I / 683
+        light.position = file_.geometry.to_local(position);
+        light.domain = Box3(light.position);
+        light.samples = 1;
+        file_.lights.push_back(light);
+        file_.warnings.push_back(fmt::format("lamp '{}' of the file: candela taken as {:.4g} {:.4g} {:.4g} W",
+                                             light.name, light.power.x, light.power.y, light.power.z));
     }
 
     // Names of lamps become names of grids and files: no slashes, and no name twice.
-    std::string unused_name(std::string name) const {
-        std::ranges::replace(name, '/', '_');
-        const auto taken = [&](const std::string& n) {
-            return std::ranges::any_of(file_.lights, [&](const Light& l) { return l.name == n; });
-        };
+    std::string unused_name(std::string name) {
+        std::ranges::replace_if(
+            name, [](unsigned char c) { return c == '/' || std::iscntrl(c); }, '_');
         std::string unused = name;
-        for (int k = 2; taken(unused); ++k) unused = fmt::format("{}_{}", name, k);
+        for (int k = 2; !lamp_names_.insert(unused).second; ++k) unused = fmt::format("{}_{}", name, k);
         return unused;
     }
 
+    // --- shining surfaces ---
     void warn_of_emitters() {
-        const Geometry& g = file_.geometry;
         for (std::size_t m = 0; m < emission_.size(); ++m) {
             if (is_black(emission_[m])) continue;
-            Vec3d centroid(0), normal(0);
-            double total = 0;
-            Box3d box;
-            for (const Triangle& t : g.triangles) {
-                if (t.material != m) continue;
-                const Vec3d &a = positions_[t.vertices[0]], &b = positions_[t.vertices[1]],
-                            &c = positions_[t.vertices[2]];
-                const Vec3d cross = (b - a).cross(c - a);
-                total += 0.5 * cross.length();
-                centroid += (a + b + c) * (cross.length() / 6);
-                normal += cross;
-                for (const Vec3d& p : {a, b, c}) box.extendBy(p);
-            }
-            if (total > 0) warn_of_emitter(m, total, centroid / total, normal.normalized(), box);
+            std::vector<std::array<Vec3d, 3>> triangles;
+            for (const Triangle& t : file_.geometry.triangles)
+                if (t.material == m)
+                    triangles.push_back(
+                        {positions_[t.vertices[0]], positions_[t.vertices[1]], positions_[t.vertices[2]]});
+            warn_of_emitters(file_.materials[m].name, emission_[m], find_emitters(triangles));
         }
     }
 
-    void warn_of_emitter(std::size_t m, double total, const Vec3d& centroid, const Vec3d& normal,
-                         const Box3d& box) {
-        // Width from the box along the rectangle's own first axis; height so that the area is right.
-        const RectangleShape shape({1, 1}, Vec3(normal));
-        double width = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            width += std::abs(double(shape.axes[0][axis])) * box.size()[axis];
-        const double height = width > 0 ? total / width : 0;
-        const Vec3d at = centroid + normal * 1e-3 * std::sqrt(total);
-        const Rgb power = emission_[m] * float(kPi * total);
-        file_.warnings.push_back(fmt::format(
-            "material '{}' shines, but surfaces are not lamps here; to light the scene with it, add\n"
-            "[[light]]\nname = \"{}\"\ntype = \"rectangle\"\nsize = [{:.6g}, {:.6g}]\nnormal = [{:.6g}, "
-            "{:.6g}, {:.6g}]\n"
-            "power = [{:.6g}, {:.6g}, {:.6g}]\nposition = [{:.6g}, {:.6g}, {:.6g}]",
-            file_.materials[m].name, file_.materials[m].name, width, height, normal.x, normal.y, normal.z,
-            power.x, power.y, power.z, at.x, at.y, at.z));
+    void warn_of_emitters(const std::string& material, const Rgb& radiance,
+                          const std::vector<Emitter>& emitters) {
+        if (emitters.empty()) return;
+        const std::size_t shown = std::min(emitters.size(), kMostSuggestions);
+        std::string places, what = "it";
+        if (emitters.size() > 1) places = fmt::format(" in {} places", emitters.size());
+        if (shown < emitters.size())
+            what =
+                fmt::format("the {} most powerful ({} more are not listed)", shown, emitters.size() - shown);
+        std::string text = fmt::format(
+            "material '{}' shines{}, but surfaces are not lamps here; to light the scene with {}, add",
+            material, places, what);
+        for (std::size_t i = 0; i < shown; ++i)
+            text.append("\n").append(light_lines(emitters[i], radiance, unused_name(material)));
+        file_.warnings.push_back(text);
     }
 
     fs::path path_;
@@ -297,6 +311,7 @@ class Reader {
     std::vector<bool> used_;        // per material: importers add some of their own
     std::map<std::string, int> texture_index_;
     std::map<std::string, M44d> transforms_;
+    std::set<std::string> lamp_names_;  // taken, by lamps of the file or suggested ones
 };
 
 }  // namespace

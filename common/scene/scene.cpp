@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/scene/texture.h"
@@ -18,6 +20,14 @@ void feed(ContentHash& hash, const std::vector<T>& values) {
 }
 
 bool grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
+
+bool grey(const Scene& scene, const Material& m) {
+    if (m.glass) return true;
+    const bool textured = m.texture && (m.texture_tints_specular || !is_black(m.diffuse));
+    return grey(m.diffuse) && grey(m.specular) &&
+           (!textured ||
+            std::ranges::all_of(scene.textures[*m.texture].pixels, [](const Rgb& c) { return grey(c); }));
+}
 
 template <class Named>
 std::string names(const std::vector<Named>& all) {
@@ -37,22 +47,21 @@ std::size_t find_named(const std::vector<Named>& all, const std::string& wanted,
 
 const char* name(Component component) { return component == Component::direct ? "direct" : "indirect"; }
 
-Rgb diffuse_reflectance(const Scene& scene, uint32_t triangle, float b1, float b2) {
-    const Material& material = scene.materials[scene.geometry.triangles[triangle].material];
-    if (!material.texture) return material.diffuse;
+Reflectance reflectance(const Scene& scene, uint32_t triangle, float b1, float b2) {
+    const Material& m = scene.materials[scene.geometry.triangles[triangle].material];
+    if (m.glass) return {Rgb(0), Rgb(0)};
+    if (!m.texture) return {m.diffuse, m.specular};
     const auto& v = scene.geometry.triangles[triangle].vertices;
     const auto& uv = scene.geometry.texture_coordinates;
-    return material.diffuse * sample_texture(scene.textures[*material.texture],
-                                             uv[v[0]] * (1 - b1 - b2) + uv[v[1]] * b1 + uv[v[2]] * b2);
+    const Rgb texel =
+        sample_texture(scene.textures[*m.texture], uv[v[0]] * (1 - b1 - b2) + uv[v[1]] * b1 + uv[v[2]] * b2);
+    return {m.diffuse * texel, m.texture_tints_specular ? m.specular * texel : m.specular};
 }
 
 bool is_grey(const Scene& scene) {
-    for (const Triangle& t : scene.geometry.triangles) {
-        const Material& m = scene.materials[t.material];
-        if (!m.glass && (!grey(m.diffuse) || !grey(m.specular))) return false;
-        if (m.texture && !std::ranges::all_of(scene.textures[*m.texture].pixels, grey)) return false;
-    }
-    return true;
+    std::set<uint32_t> used;
+    for (const Triangle& t : scene.geometry.triangles) used.insert(t.material);
+    return std::ranges::all_of(used, [&](uint32_t m) { return grey(scene, scene.materials[m]); });
 }
 
 const Camera& find_camera(const Scene& scene, const std::string& wanted) {
@@ -75,9 +84,10 @@ std::string content_hash(const Scene& scene) {
         hash.feed(&t.material, sizeof t.material);
     }
     for (const Material& m : scene.materials) {
-        const float numbers[] = {m.diffuse.x,    m.diffuse.y,  m.diffuse.z,
-                                 m.specular.x,   m.specular.y, m.specular.z,
-                                 float(m.glass), m.ior,        float(m.texture.value_or(-1))};
+        const Rgb colors[] = {m.diffuse, m.specular};
+        const float numbers[] = {float(m.glass), m.ior, float(m.texture.value_or(-1)),
+                                 float(m.texture_tints_specular)};
+        hash.feed(colors, sizeof colors);
         hash.feed(numbers, sizeof numbers);
     }
     for (const Image& t : scene.textures) {

@@ -67,8 +67,12 @@ struct Scene {
     BakeSettings bake;
 };
 
-// Diffuse reflectance of a triangle's material at barycentric weights b1, b2.
-Rgb diffuse_reflectance(const Scene& scene, uint32_t triangle, float b1, float b2);
+struct Reflectance {
+    Rgb diffuse, specular;
+};
+
+// Of a triangle's material at barycentric weights b1, b2, texture included; black for glass.
+Reflectance reflectance(const Scene& scene, uint32_t triangle, float b1, float b2);
 
 bool is_grey(const Scene& scene);  // every reflectance has three equal channels
 const Camera& find_camera(const Scene& scene, const std::string& name);  // throws UsageError

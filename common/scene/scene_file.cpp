@@ -103,8 +103,12 @@ class DescriptionReader {
             if (table.has("diffuse")) {
                 m->diffuse = Rgb(table.vector("diffuse", 0, 1));
                 m->texture.reset();
+                m->texture_tints_specular = false;
             }
-            if (table.has("specular")) m->specular = Rgb(table.vector("specular", 0, 1));
+            if (table.has("specular")) {
+                m->specular = Rgb(table.vector("specular", 0, 1));
+                m->texture_tints_specular = false;
+            }
             m->ior = float(table.number("ior", m->ior, 1.0001, 10));
             if (max_channel(m->diffuse + m->specular) > 1.0001f)
                 table.fail(table.has("specular") ? "specular" : "diffuse",
@@ -116,9 +120,12 @@ class DescriptionReader {
         m.glass = kind == 2;
         if (kind == 0) m.specular = Rgb(0);
         if (kind != 1) return;
-        if (is_black(m.specular)) m.specular = is_black(m.diffuse) ? Rgb(0.9f) : m.diffuse;
+        if (is_black(m.specular)) {  // what was diffuse, texture and all, becomes the mirror's
+            m.specular = is_black(m.diffuse) ? Rgb(0.9f) : m.diffuse;
+            m.texture_tints_specular = m.texture && !is_black(m.diffuse);
+        }
         m.diffuse = Rgb(0);
-        m.texture.reset();
+        if (!m.texture_tints_specular) m.texture.reset();
     }
 
     std::string required_name(TomlTable& table) {
