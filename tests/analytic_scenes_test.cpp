@@ -273,7 +273,7 @@ TEST(ScalingLaws, LampsAddAndPowerMultiplies) {
     const IlluminationMap map = two_lamps();
     const LightState one{{0.2f, 0.3f, -0.4f}, {1, 2, 3}}, other{{1.5f, 0, 1}, {4, 5, 6}};
     const auto with = [&](const Rgb& first, const Rgb& second) {
-        return patch_irradiance(map, Component::indirect,
+        return patch_irradiance(map, {Component::indirect},
                                 {{one.position, one.power * first}, {other.position, other.power * second}});
     };
     const auto both = with(Rgb(1), Rgb(1)), only_one = with(Rgb(1), Rgb(0)),

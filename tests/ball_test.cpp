@@ -71,7 +71,7 @@ struct Profile {
 // Indirect irradiance along a great circle of the ball (x, z), seen from outside.
 Profile profile_of(Baked& b, int count, int paths_per_point) {
     const auto lamps = lamps_at_start(b.baked.scene);
-    const auto values = patch_irradiance(b.baked.map, Component::indirect, lamps);
+    const auto values = patch_irradiance(b.baked.map, {Component::indirect}, lamps);
     const PathScene paths{b.baked.scene, b.caster, lamps};
     Profile profile{std::vector<double>(count), std::vector<double>(count), std::vector<double>(count)};
     parallel_for(std::size_t(count), [&](std::size_t i) {

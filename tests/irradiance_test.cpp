@@ -118,7 +118,7 @@ IlluminationMap constant_map(const std::vector<float>& constants) {
 
 TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
     const auto values =
-        patch_irradiance(constant_map({2, -1}), Component::indirect, {{Vec3(0), Rgb(1, 2, 3)}});
+        patch_irradiance(constant_map({2, -1}), {Component::indirect}, {{Vec3(0), Rgb(1, 2, 3)}});
     EXPECT_EQ(values[0], Rgb(2, 4, 6));
     EXPECT_EQ(values[1], Rgb(0));
 }
@@ -126,7 +126,7 @@ TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
 TEST(PatchIrradiance, TheThesisKeepsNegativeValues) {
     IlluminationMap map = constant_map({2, -1});
     map.mend_signs = false;
-    EXPECT_EQ(patch_irradiance(map, Component::indirect, {{Vec3(0), Rgb(1, 2, 3)}})[1], Rgb(-1, -2, -3));
+    EXPECT_EQ(patch_irradiance(map, {Component::indirect}, {{Vec3(0), Rgb(1, 2, 3)}})[1], Rgb(-1, -2, -3));
 }
 
 }  // namespace

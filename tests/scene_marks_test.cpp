@@ -31,7 +31,7 @@ Comparison compare_on(Baked& b, const std::function<bool(const SurfacePoint&, co
                       int points) {
     const Scene& scene = b.baked.scene;
     const auto lamps = lamps_at_start(scene);
-    const auto values = patch_irradiance(b.baked.map, Component::indirect, lamps);
+    const auto values = patch_irradiance(b.baked.map, {Component::indirect}, lamps);
     const PathScene paths{scene, b.caster, lamps};
     std::vector<double> cumulative;
     std::vector<uint32_t> chosen;
@@ -126,7 +126,7 @@ TEST(Panel, IndirectIrradianceOfItsSurfacesAgreesWithPaths) {
 
 TEST(ThinWall, DarkRoomStaysDark) {
     Baked& b = baked_scene("thin_wall");
-    const auto values = patch_irradiance(b.baked.map, Component::indirect, lamps_at_start(b.baked.scene));
+    const auto values = patch_irradiance(b.baked.map, {Component::indirect}, lamps_at_start(b.baked.scene));
     const Scene& scene = b.baked.scene;
     const float cell = float(b.baked.map.grid.cell_size);
     double bright = 0, far = 0, near = 0;

@@ -6,6 +6,12 @@
 namespace pim {
 namespace {
 
+struct Sight {
+    const Scene& scene;
+    const IlluminationMap& map;
+    const RayCaster& caster;
+};
+
 // A colour of its own for each cell and facing, so that neighbours differ.
 Rgb colour_of(int patch) {
     const auto word = philox4x32({uint32_t(patch), 0, 0, 0}, {0, 0});
@@ -17,7 +23,7 @@ int main_facing(const CellGrid& grid, const Vec3& normal) {
     return int(std::ranges::max_element(weights) - weights.begin());
 }
 
-Rgb shade(const Moment& m, const SurfaceCells& cells, const Ray& ray) {
+Rgb shade(const Sight& m, const SurfaceCells& cells, const Ray& ray) {
     const auto hit = m.caster.intersect(ray);
     if (!hit) return Rgb(0);
     const SurfacePoint s = surface_at(m.scene, *hit);
@@ -28,7 +34,7 @@ Rgb shade(const Moment& m, const SurfaceCells& cells, const Ray& ray) {
 }
 
 // Centres that no surface hides by more than a cell.
-void draw_centres(const Moment& m, const Camera& camera, Image& image) {
+void draw_centres(const Sight& m, const Camera& camera, Image& image) {
     const CameraRays rays(camera, {image.width, image.height});
     for (const Patch& patch : m.map.patches) {
         const Vec3 centre(m.map.grid.centre(patch.cell));
@@ -47,11 +53,13 @@ void draw_centres(const Moment& m, const Camera& camera, Image& image) {
 
 }  // namespace
 
-Image render_cells(const Moment& moment, const Camera& camera, const FrameOptions& options) {
-    const SurfaceCells cells(moment.map.grid, moment.scene.geometry);
+Image render_cells(const Scene& scene, const IlluminationMap& map, const RayCaster& caster,
+                   const Camera& camera, const FrameOptions& options) {
+    const Sight sight{scene, map, caster};
+    const SurfaceCells cells(map.grid, scene.geometry);
     Image image = render_frame(camera, options,
-                               [&](const Ray& ray, RandomStream&) { return shade(moment, cells, ray); });
-    draw_centres(moment, camera, image);
+                               [&](const Ray& ray, RandomStream&) { return shade(sight, cells, ray); });
+    draw_centres(sight, camera, image);
     return image;
 }
 

@@ -3,11 +3,13 @@
 // 15).
 #pragma once
 
+#include "common/map/illumination_map.h"
+#include "common/transport/surface.h"
 #include "common/render/frame.h"
-#include "common/render/map_radiance.h"
 
 namespace pim {
 
-Image render_cells(const Moment& moment, const Camera& camera, const FrameOptions& options);
+Image render_cells(const Scene& scene, const IlluminationMap& map, const RayCaster& caster,
+                   const Camera& camera, const FrameOptions& options);
 
 }  // namespace pim

@@ -1,126 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/headless.h"
 
+#include <fmt/format.h>
+#include <pim_version.h>
 #include <sys/resource.h>
 
 #include <cmath>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/core/command_line.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
+#include "common/core/progress.h"
 #include "common/core/stopwatch.h"
+#include "viewer/files/animation.h"
+#include "viewer/files/frames.h"
+#include "viewer/files/lighting_setup.h"
+#include "viewer/files/probe.h"
 #include "viewer/picture.h"
+#include "viewer/relight/relighter.h"
 
 namespace pim {
 namespace {
-
-// "NAME=value" parts. Throws UsageError.
-std::pair<std::string, std::string> split_assignment(const std::string& text, const char* option) {
-    const std::size_t equals = text.rfind('=');
-    if (equals == std::string::npos || equals == 0)
-        throw UsageError(fmt::format("{}: '{}' must look like NAME=value", option, text));
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-double parse_number(const std::string& text, const std::string& option) {
-    try {
-        std::size_t used = 0;
-        const double value = std::stod(text, &used);
-        if (used == text.size() && std::isfinite(value)) return value;
-    } catch (const std::logic_error&) {
-    }
-    throw UsageError(fmt::format("{}: '{}' is no number", option, text));
-}
-
-template <class Value>
-Value choose(const std::string& text, const char* option,
-             const std::vector<std::pair<std::string, Value>>& all) {
-    std::string names;
-    for (const auto& [name, value] : all) {
-        if (name == text) return value;
-        names += (names.empty() ? "" : ", ") + name;
-    }
-    throw UsageError(fmt::format("{}: '{}' is unknown; allowed: {}", option, text, names));
-}
-
-std::vector<LightState> place_lights(const BakedScene& baked, const HeadlessOptions& o) {
-    const Scene& scene = baked.scene;
-    std::vector<LightState> states;
-    for (const Light& light : scene.lights) states.push_back({light.position, light.power});
-    for (const std::string& text : o.lights) {
-        const auto [name, value] = split_assignment(text, "--light");
-        const auto at = parse_triple(value, "--light " + name);
-        const std::size_t l = find_light(scene, name);
-        states[l].position = scene.geometry.to_local({at[0], at[1], at[2]});
-        check_in_domain(name, scene.lights[l].domain, states[l].position, scene.geometry.origin);
-    }
-    for (const std::string& text : o.gains) {
-        const auto [name, value] = split_assignment(text, "--gain");
-        const double gain = parse_number(value, "--gain " + name);
-        if (gain < 0) throw UsageError(fmt::format("--gain {}: {} is negative", name, gain));
-        states[find_light(scene, name)].power *= float(gain);
-    }
-    return states;
-}
-
-DirectLight choose_direct(const IlluminationMap& map, const HeadlessOptions& o) {
-    if (o.direct.empty()) return map.has(Component::direct) ? DirectLight::baked : DirectLight::traced;
-    const auto direct = choose<DirectLight>(
-        o.direct, "--direct",
-        {{"traced", DirectLight::traced}, {"baked", DirectLight::baked}, {"none", DirectLight::none}});
-    if (direct == DirectLight::baked && !map.has(Component::direct))
-        throw UsageError(
-            "--direct baked: the map lacks the direct part; bake with components = [\"direct\", "
-            "\"indirect\"]");
-    return direct;
-}
-
-bool choose_indirect(const IlluminationMap& map, const HeadlessOptions& o) {
-    if (o.indirect.empty()) return map.has(Component::indirect);
-    const bool baked = choose<bool>(o.indirect, "--indirect", {{"baked", true}, {"none", false}});
-    if (baked && !map.has(Component::indirect))
-        throw UsageError("--indirect baked: the map lacks the indirect part");
-    return baked;
-}
-
-Imath::V2i choose_size(const Camera& camera, const std::string& text) {
-    if (text.empty()) return camera.size;
-    const std::size_t x = text.find('x');
-    if (x == std::string::npos) throw UsageError(fmt::format("--size: '{}' must look like 1280x720", text));
-    const double w = parse_number(text.substr(0, x), "--size"),
-                 h = parse_number(text.substr(x + 1), "--size");
-    if (w < 1 || h < 1 || w > 32768 || h > 32768 || w != std::floor(w) || h != std::floor(h))
-        throw UsageError(fmt::format("--size: '{}' must be whole numbers from 1 to 32768", text));
-    return {int(w), int(h)};
-}
-
-PictureOptions picture_options(const BakedScene& baked, const HeadlessOptions& o) {
-    PictureOptions p;
-    p.camera = o.camera.empty() ? baked.scene.cameras[0] : find_camera(baked.scene, o.camera);
-    p.size = choose_size(p.camera, o.size);
-    p.lights = place_lights(baked, o);
-    p.direct = choose_direct(baked.map, o);
-    p.indirect = choose_indirect(baked.map, o);
-    p.show_lamps = o.show_lamps;
-    p.integrator = choose<Integrator>(o.integrator, "--integrator",
-                                      {{"polynomial", Integrator::polynomial}, {"path", Integrator::path}});
-    p.view = choose<View>(o.view, "--view",
-                          {{"radiance", View::radiance},
-                           {"irradiance", View::irradiance},
-                           {"density", View::density},
-                           {"cells", View::cells}});
-    if (p.integrator == Integrator::path && p.view != View::radiance)
-        throw UsageError("--view: the path integrator shows radiance only");
-    if (p.view == View::density && o.direct == "traced")
-        throw UsageError("--direct traced: the density view shows the map alone; allowed: baked, none");
-    if (o.volume && p.view != View::density) throw UsageError("--volume: needs --view density");
-    p.volume = o.volume;
-    p.samples = o.samples;
-    return p;
-}
 
 std::size_t packed_bytes(const IlluminationMap& map) {
     std::size_t bytes = map.patches.size() * sizeof(Patch);
@@ -138,16 +41,30 @@ uint64_t peak_memory() {
 }
 
 // Before the work, not after it.
-void check_outputs(const HeadlessOptions& o) {
-    check_image_name(o.output);
-    check_output(o.output);
-    if (o.stats) check_output(*o.stats);
-    if (o.exposure != "auto") parse_number(o.exposure, "--exposure");
+void check_outputs(const Arguments& a) {
+    check_image_name(a.output);
+    check_output(a.output);
+    if (a.stats) check_output(*a.stats);
 }
 
-float choose_exposure(const Image& image, const std::string& text) {
-    if (text == "auto") return automatic_exposure(image);
-    return float(std::exp2(parse_number(text, "--exposure")));
+PictureOptions picture_options(const Arguments& a, const BakedScene& baked) {
+    PictureOptions p;
+    p.state = parse_state(a, baked.scene, baked.map);
+    p.size = parse_size(a, p.state.camera);
+    if (a.integrator != "polynomial" && a.integrator != "path")
+        throw UsageError(
+            fmt::format("--integrator: '{}' is unknown; allowed: polynomial, path", a.integrator));
+    p.integrator = a.integrator == "path" ? Integrator::path : Integrator::polynomial;
+    if (p.integrator == Integrator::path && !shows_radiance(p.state.view))
+        throw UsageError("--view: the path integrator shows radiance, direct and indirect only");
+    if (a.volume && p.state.view != View::density) throw UsageError("--volume: needs --view density");
+    p.volume = a.volume;
+    p.samples = a.samples;
+    return p;
+}
+
+float exposure_of(const ViewState& state, const Image& linear) {
+    return state.automatic_exposure ? automatic_exposure(linear) : std::exp2(state.exposure);
 }
 
 Image timed_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& picture,
@@ -168,33 +85,111 @@ double median_frame_seconds(const BakedScene& baked, const RayCaster& caster, co
     return seconds[seconds.size() / 2];
 }
 
+// All that decides a film's pictures, as text.
+std::string film_key(const Arguments& a, const Scene& scene, const ViewState& state, const Imath::V2i& size) {
+    ContentHash map;
+    map.feed(read_text(a.map));
+    std::string key = fmt::format("{} {} {}x{} {} fps, {} samples\n", kVersion, map.hex(), size.x, size.y,
+                                  a.frames_per_second, a.samples) +
+                      setup_text(scene, state);
+    for (const auto& path : a.paths) key += read_text(path);
+    return key;
+}
+
+// The mean of several passes.
+Image sampled(Relighter& relighter, const ViewState& state, const Imath::V2i& size, int samples) {
+    relighter.update(state, size);
+    Image sum = relighter.linear();
+    for (int pass = 1; pass < samples; ++pass) relighter.add_pass(pass, sum);
+    for (Rgb& pixel : sum.pixels) pixel /= float(samples);
+    return sum;
+}
+
 }  // namespace
 
-void render_headless(const HeadlessOptions& o) {
+void render_still(const Arguments& a) {
     const Stopwatch load_watch;
-    const BakedScene baked = read_baked_scene(o.map, o.geometry);
-    const PictureOptions picture = picture_options(baked, o);
-    check_outputs(o);
+    const BakedScene baked = read_baked_scene(a.map, a.geometry);
+    const PictureOptions picture = picture_options(a, baked);
+    check_outputs(a);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     const double load_seconds = load_watch.seconds();
     std::vector<double> seconds;
     const Image image = timed_picture(baked, caster, picture, seconds);
-    const bool false_colours = picture.view == View::cells;
-    const float exposure = false_colours ? 1.0f : choose_exposure(image, o.exposure);
-    write_image(o.output, image, exposure);
-    log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", o.output.string(), image.width,
+    const float exposure = exposure_of(picture.state, image);
+    write_picture(a.output, image, picture.state, exposure);
+    log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", a.output.string(), image.width,
                          image.height, seconds[0], std::log2(exposure)));
-    if (!o.stats) return;
-    const double frame_seconds = median_frame_seconds(baked, caster, picture, seconds);
+    if (!a.stats) return;
     const nlohmann::json stats{
-        {"frame_seconds", frame_seconds},
+        {"frame_seconds", median_frame_seconds(baked, caster, picture, seconds)},
         {"load_seconds", load_seconds},
         {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
         {"cells", baked.map.index.cell_count()},
         {"packed_bytes", packed_bytes(baked.map)},
         {"peak_rss_bytes", peak_memory()},
         {"threads", thread_count()}};
-    write_text_atomically(*o.stats, stats.dump(2) + "\n");
+    write_text_atomically(*a.stats, stats.dump(2) + "\n");
+}
+
+void render_film(const Arguments& a) {
+    const MapFile map(a.map);
+    const Scene scene = scene_of(map.outline(), a.map, a.geometry);
+    ViewState base = parse_state(a, scene, map.outline());
+    const Imath::V2i size = parse_size(a, base.camera);
+    const Animation animation = read_animation(a.paths, scene);
+    const int count = animation.frame_count(a.frames_per_second);
+    check_image_name(frame_name(a.output, 0));
+    check_output(frame_name(a.output, 0));
+    const auto missing = missing_frames(a.output, count, film_key(a, scene, base, size), a.overwrite);
+    log_info(fmt::format("{} frames to render, {} done before", missing.size(), count - int(missing.size())));
+    const RayCaster caster(scene.geometry, InstructionSet::best);
+    Relighter relighter(map, scene, caster, parse_vector_unit(a));
+    const auto render = [&](int frame, ViewState& state) {
+        state = animation.at(frame / a.frames_per_second, base);
+        return is_unlit(state.view)
+                   ? render_unlit(state.view, scene, map.outline(), caster, state.camera, size, a.samples)
+                   : sampled(relighter, state, size, a.samples);
+    };
+    // One exposure for the whole film: that of its first frame.
+    if (base.automatic_exposure && !missing.empty()) {
+        ViewState first;
+        base.exposure = std::log2(automatic_exposure(render(0, first)));
+        base.automatic_exposure = false;
+    }
+    Progress progress("rendering frames", missing.size());
+    for (const int frame : missing) {
+        ViewState state;
+        const Image image = render(frame, state);
+        write_picture(frame_name(a.output, frame), image, state, std::exp2(state.exposure));
+        record_frame(a.output, frame);
+        progress.advance();
+    }
+}
+
+void print_probe(const Arguments& a) {
+    const BakedScene baked = read_baked_scene(a.map, a.geometry);
+    const ViewState state = parse_state(a, baked.scene, baked.map);
+    const auto points = read_probe(*a.probe, baked.scene);
+    const RayCaster caster(baked.scene.geometry, InstructionSet::best);
+    Moment moment{.scene = baked.scene,
+                  .caster = caster,
+                  .map = baked.map,
+                  .lights = shining(baked.scene, state),
+                  .direct = direct_part(state),
+                  .indirect = indirect_part(state),
+                  .shadow_samples = 256,
+                  .patch_values = {}};
+    evaluate_patches(moment);
+    std::vector<Rgb> values;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        RandomStream random(1, RandomPurpose::render, 0, i);
+        SurfacePoint surface{};
+        surface.position = points[i].position;
+        surface.geometric_normal = surface.shading_normal = points[i].normal;
+        values.push_back(surface_irradiance(moment, surface, random));
+    }
+    std::cout << probe_text(points, values);
 }
 
 }  // namespace pim

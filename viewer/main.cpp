@@ -5,54 +5,90 @@
 
 #include "common/core/command_line.h"
 #include "common/core/error.h"
+#include "viewer/benchmark.h"
 #include "viewer/headless.h"
+#include "viewer/window/application.h"
 
 namespace {
 
 using namespace pim;
 
-void add_options(CLI::App& app, HeadlessOptions& o, CommonOptions& common) {
-    app.set_version_flag("--version", std::string("viewer ") + kVersion);
-    app.add_option("FILE.vdb", o.map, "a map that `bake` made")->required();
-    app.add_option("--geometry", o.geometry, "the geometry file, where it has moved");
-    app.add_option("--output", o.output, "picture to write: .exr (linear) or .png (tone-mapped)");
-    app.add_option("--light", o.lights, "NAME=x,y,z: put a lamp there (m)")->allow_extra_args(false);
-    app.add_option("--gain", o.gains, "NAME=g: multiply a lamp's power; 0 turns it off")
+void add_state_options(CLI::App& app, Arguments& a) {
+    app.add_option("--light", a.lights, "NAME=x,y,z: put a lamp there (m)")->allow_extra_args(false);
+    app.add_option("--gain", a.gains, "NAME=g: multiply a lamp's power; 0 turns it off")
         ->allow_extra_args(false);
-    app.add_option("--camera", o.camera, "a camera of the scene (default: its first)");
-    app.add_option("--size", o.size, "WxH in pixels (default: the camera's)");
-    app.add_option("--direct", o.direct, "traced, baked or none (default: baked where the map holds it)");
-    app.add_option("--indirect", o.indirect, "baked or none");
-    app.add_option("--integrator", o.integrator, "polynomial or path (the reference)")->capture_default_str();
-    app.add_option("--view", o.view, "radiance, irradiance, density or cells")->capture_default_str();
-    app.add_option("--volume", o.volume, "a density volume of the work folder, for --view density");
-    app.add_option("--spp", o.samples, "samples per pixel")
+    app.add_option("--colour", a.colours, "NAME=r,g,b: multiply a lamp's power channel by channel")
+        ->allow_extra_args(false);
+    app.add_option("--camera", a.camera, "a camera of the scene (default: its first)");
+    app.add_option("--eye", a.eye, "x,y,z: where the camera stands (m)");
+    app.add_option("--target", a.target, "x,y,z: where it looks");
+    app.add_option("--up", a.up, "x,y,z: what is up in the picture");
+    app.add_option("--fov", a.fov, "vertical field of view, degrees");
+    app.add_option("--size", a.size, "WxH in pixels (default: the camera's)");
+    app.add_option("--direct", a.direct, "traced, baked or none (default: baked where the map holds it)");
+    app.add_option("--indirect", a.indirect, "baked or none");
+    app.add_option("--view", a.view,
+                   "radiance, irradiance, direct, indirect, density, cells, normals, albedo or trust");
+    app.add_option("--exposure", a.exposure, "of PNG and window, in stops, or auto");
+    app.add_option("--tone-curve", a.tone_curve, "of PNG and window: none, reinhard or aces");
+    app.add_flag("--show-lamps", a.show_lamps, "rectangular lamps are seen");
+    app.add_option("--setup", a.setup, "a lighting set-up saved in the window (TOML)");
+}
+
+void add_job_options(CLI::App& app, Arguments& a) {
+    app.add_option("--output", a.output, "picture to write: .exr (linear) or .png (tone-mapped)");
+    app.add_option("--integrator", a.integrator, "polynomial or path (the reference)")->capture_default_str();
+    app.add_option("--volume", a.volume, "a density volume of the work folder, for --view density");
+    app.add_option("--spp", a.samples, "samples per pixel")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
-    app.add_option("--exposure", o.exposure, "of PNG, in stops, or auto")->capture_default_str();
-    app.add_flag("--show-lamps", o.show_lamps, "rectangular lamps are seen");
-    app.add_option("--stats", o.stats, "timings and sizes as JSON");
+    app.add_option("--stats", a.stats, "timings and sizes as JSON");
+    app.add_flag("--ui", a.panels, "the picture with the window's panels, without a display");
+    app.add_option("--path", a.paths,
+                   "film: CSV of lamps' keys or camera keys (may be given twice); --output frame_%04d.png")
+        ->allow_extra_args(false);
+    app.add_option("--fps", a.frames_per_second, "of a film")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_flag("--overwrite", a.overwrite, "a film begins anew");
+    app.add_option("--probe", a.probe, "CSV of points x,y,z,nx,ny,nz: writes their irradiance to stdout");
+    app.add_flag("--benchmark", a.benchmark, "frame times as JSON to stdout");
+    app.add_option("--vector-unit", a.vector_unit, "auto, plain, avx2 or avx512")->capture_default_str();
+}
+
+void add_options(CLI::App& app, Arguments& a, CommonOptions& common) {
+    app.set_version_flag("--version", std::string("viewer ") + kVersion);
+    app.add_option("FILE.vdb", a.map, "a map that `bake` made")->required();
+    app.add_option("--geometry", a.geometry, "the geometry file, where it has moved");
+    add_state_options(app, a);
+    add_job_options(app, a);
     app.add_option("--threads", common.threads, "threads (default: all cores)")->check(CLI::Range(1, 4096));
     app.add_flag("--quiet", common.quiet, "no progress, no messages but errors");
     app.add_option("--log-level", common.log_level, "debug, info, warning, error or off");
 }
 
+void run(const Arguments& a) {
+    if (a.benchmark) return print_benchmark(a);
+    if (a.probe) return print_probe(a);
+    if (a.output.empty() && a.panels)
+        throw UsageError("--ui: name a picture to write with --output SHOT.png");
+    if (a.panels) return render_panels(a);
+    if (!a.paths.empty() && !a.output.empty()) return render_film(a);
+    if (!a.output.empty()) return render_still(a);
+    run_window(a);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"viewer: pictures of a baked scene with its lamps moved"};
-    HeadlessOptions options;
+    CLI::App app{"viewer: a baked scene with its lamps moved; without --output it opens a window"};
+    Arguments arguments;
     CommonOptions common;
-    add_options(app, options, common);
+    add_options(app, arguments, common);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? kExitDone : kExitUsage;
     }
-    return run_program(common, [&] {
-        if (options.output.empty())
-            throw UsageError(
-                "there is no window yet: name a picture to write with --output FRAME.png or .exr");
-        render_headless(options);
-    });
+    return run_program(common, [&] { run(arguments); });
 }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/map/irradiance.h"
@@ -11,27 +13,29 @@
 #include "common/render/light_image.h"
 #include "common/render/path_radiance.h"
 #include "viewer/cell_view.h"
+#include "viewer/tone/false_colour.h"
+#include "viewer/tone/tone_curve.h"
 
 namespace pim {
 namespace {
 
 Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
                    const FrameOptions& frame) {
-    const PathScene scene{baked.scene, caster, o.lights, o.show_lamps};
-    Image image = render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
+    const PathScene scene{baked.scene, caster, shining(baked.scene, o.state), o.state.show_lamps};
+    const bool direct = direct_part(o.state) != DirectLight::none, indirect = indirect_part(o.state);
+    Image image = render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
         Rgb shown(0);
-        if (o.direct != DirectLight::none) shown += seen.total - seen.indirect;
-        if (o.indirect) shown += seen.indirect;
+        if (direct) shown += seen.total - seen.indirect;
+        if (indirect) shown += seen.indirect;
         return shown;
     });
-    if (!o.indirect || !point_lamps_meet_specular(baked.scene)) return image;
+    if (!indirect || !point_lamps_meet_specular(baked.scene)) return image;
     log_warning(
         "light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in mirrors "
-        "or "
-        "through glass it is missing");
+        "or through glass it is missing");
     const uint64_t photons = uint64_t(image.width) * uint64_t(image.height) * uint64_t(o.samples);
-    const Image added = light_image(scene, o.camera, o.size, photons, frame.seed, 0);
+    const Image added = light_image(scene, o.state.camera, o.size, photons, frame.seed, 0);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += added.pixels[i];
     return image;
 }
@@ -40,17 +44,40 @@ Moment moment_of(const BakedScene& baked, const RayCaster& caster, const Picture
     Moment moment{.scene = baked.scene,
                   .caster = caster,
                   .map = baked.map,
-                  .lights = o.lights,
-                  .direct = o.direct,
-                  .indirect = o.indirect,
-                  .show_lamps = o.show_lamps,
+                  .lights = shining(baked.scene, o.state),
+                  .direct = direct_part(o.state),
+                  .indirect = indirect_part(o.state),
+                  .show_lamps = o.state.show_lamps,
                   .patch_values = {}};
-    if (o.view == View::density && moment.direct == DirectLight::traced) moment.direct = DirectLight::none;
     if (o.volume)
         moment.patch_values = read_volume(baked.map, *o.volume);
     else
         evaluate_patches(moment);
     return moment;
+}
+
+// Root mean square misfit of each patch under the lamps, W/m².
+std::vector<Rgb> patch_residuals(const Moment& m) {
+    std::vector<Rgb> sum(m.map.patches.size(), Rgb(0));
+    for (std::size_t l = 0; l < m.lights.size(); ++l) {
+        const MapLight& light = m.map.lights[l];
+        const auto weights = box_weights(light.boxes, clamped(light.domain, m.lights[l].position));
+        for (std::size_t b = 0; b < weights.size(); ++b)
+            for (std::size_t p = 0; weights[b] > 0 && p < sum.size(); ++p) {
+                float square = 0;
+                for (const Component c : m.map.components) {
+                    if (c == Component::direct ? m.direct != DirectLight::baked : !m.indirect) continue;
+                    const float r = light.polynomials[b][int(c)]->residuals[p];
+                    square += r * r;
+                }
+                sum[p] += m.lights[l].power * (float(weights[b]) * std::sqrt(square));
+            }
+    }
+    return sum;
+}
+
+Rgb ratio(const Rgb& a, const Rgb& b) {
+    return {b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0};
 }
 
 }  // namespace
@@ -82,26 +109,61 @@ std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::
     return values;
 }
 
+Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, const RayCaster& caster,
+                   const Camera& camera, const Imath::V2i& size, int samples) {
+    const FrameOptions frame{.size = size, .samples = samples};
+    if (view == View::cells) return render_cells(scene, map, caster, camera, frame);
+    return render_frame(camera, frame, [&](const Ray& ray, RandomStream&) {
+        const auto hit = caster.intersect(ray);
+        if (!hit) return Rgb(0);
+        const SurfacePoint surface = surface_at(scene, *hit);
+        if (view == View::albedo) return surface.diffuse + surface.specular;
+        return (surface.shading_normal + Vec3(1)) * 0.5f;
+    });
+}
+
 Image render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
     FrameOptions frame{.size = o.size, .samples = o.samples};
+    const View view = o.state.view;
+    const Camera& camera = o.state.camera;
     if (o.integrator == Integrator::path) {
         frame.progress = "tracing paths";
         return render_paths(baked, caster, o, frame);
     }
+    if (is_unlit(view)) return render_unlit(view, baked.scene, baked.map, caster, camera, o.size, o.samples);
     const Moment moment = moment_of(baked, caster, o);
-    if (o.view == View::cells) return render_cells(moment, o.camera, frame);
-    if (o.view == View::radiance)
-        return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
+    if (shows_radiance(view))
+        return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
             return map_radiance(moment, ray, random);
         });
-    return render_frame(o.camera, frame, [&](const Ray& ray, RandomStream& random) {
+    const std::vector<Rgb> residuals = view == View::trust ? patch_residuals(moment) : std::vector<Rgb>{};
+    return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
         const auto hit = caster.intersect(ray);
         if (!hit) return Rgb(0);
-        const SurfacePoint surface = surface_at(baked.scene, *hit);
-        if (o.view == View::irradiance) return surface_irradiance(moment, surface, random);
-        return Rgb(luminance(
-            irradiance_at(baked.map, moment.patch_values, surface.position, surface.shading_normal)));
+        const SurfacePoint s = surface_at(baked.scene, *hit);
+        if (view == View::irradiance) return surface_irradiance(moment, s, random);
+        const auto at = [&](const std::vector<Rgb>& values) {
+            return irradiance_at(baked.map, values, s.position, s.shading_normal);
+        };
+        if (view == View::trust) return ratio(at(residuals), at(moment.patch_values));
+        return Rgb(luminance(at(moment.patch_values)));
     });
+}
+
+void write_picture(const std::filesystem::path& path, const Image& linear, const ViewState& state,
+                   float exposure) {
+    write_image(path, path.extension() == ".png" ? displayed(linear, state, exposure) : linear, 1);
+}
+
+Image displayed(const Image& linear, const ViewState& state, float exposure) {
+    const View view = state.view;
+    if (is_unlit(view)) return linear;
+    if (view == View::irradiance) return false_colours(linear, automatic_scale(linear, false, "W/m²"));
+    if (view == View::trust) return false_colours(linear, automatic_scale(linear, false, ""));
+    Image image = linear;
+    for (Rgb& pixel : image.pixels)
+        for (int c = 0; c < 3; ++c) pixel[c] = apply(state.tone_curve, exposure * pixel[c]);
+    return image;
 }
 
 }  // namespace pim

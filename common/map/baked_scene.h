@@ -15,6 +15,10 @@ struct BakedScene {
     Scene scene;
 };
 
+// The scene that a map was baked from, without its polynomials being needed; `geometry` and errors as below.
+Scene scene_of(const IlluminationMap& map, const std::filesystem::path& map_file,
+               const std::optional<std::filesystem::path>& geometry);
+
 // `geometry`: in place of the path kept in the map. Throws Error, also where the geometry is not the one that
 // was baked.
 BakedScene read_baked_scene(const std::filesystem::path& map_file,

@@ -16,7 +16,6 @@ constexpr double kFlat = 1e-3;    // a triangle thinner than this along an axis 
 constexpr double kShift = 1e-2;   // ... and is tied to the cell so far in front of it
 constexpr double kBorder = 1e-4;  // places so far outside the grid still count as on its border, in cells
 constexpr int kMostCells = 4096;  // per axis
-constexpr float kFacingThreshold = 0.02f;
 
 bool overlaps(const Box3& a, const Box3& b) {
     for (int axis = 0; axis < 3; ++axis)

@@ -47,6 +47,8 @@ CellGrid make_grid(const Scene& scene);
 std::string slot_name(const CellGrid& grid,
                       int slot);  // "px" ... "nz", "px_behind" ... "nz_behind", or "all"
 
+inline constexpr float kFacingThreshold = 0.02f;  // of the squared components
+
 struct FacingWeights {
     std::array<float, kFacingCount> weight{};  // sum 1
 };

@@ -49,22 +49,27 @@ void check_in_domain(const std::string& light, const Box3& domain, const Vec3& p
         }
 }
 
-std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component component,
+Vec3d clamped(const Box3& domain, const Vec3& position) {
+    Vec3d inside(position);
+    for (int axis = 0; axis < 3; ++axis)
+        inside[axis] = std::clamp(inside[axis], double(domain.min[axis]), double(domain.max[axis]));
+    return inside;
+}
+
+std::vector<Rgb> patch_irradiance(const IlluminationMap& map, const std::vector<Component>& components,
                                   const std::vector<LightState>& lights) {
     std::vector<Rgb> sum(map.patches.size(), Rgb(0));
     for (std::size_t l = 0; l < lights.size(); ++l) {
         const MapLight& light = map.lights[l];
         check_in_domain(light.name, light.domain, lights[l].position, map.origin);
-        Vec3d position(lights[l].position);
-        for (int axis = 0; axis < 3; ++axis)  // the check forgives rounding; the boxes do not
-            position[axis] =
-                std::clamp(position[axis], double(light.domain.min[axis]), double(light.domain.max[axis]));
+        const Vec3d position = clamped(light.domain, lights[l].position);
         const std::vector<double> weights = box_weights(light.boxes, position);
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
-            const auto& polynomials = light.polynomials[b][int(component)];
-            if (!(weights[b] > 0) || !polynomials) continue;
-            add_box(*polynomials, monomials(Vec3(light.boxes[b].normalised(position))),
-                    lights[l].power * float(weights[b]), sum);
+            if (!(weights[b] > 0)) continue;
+            const auto m = monomials(Vec3(light.boxes[b].normalised(position)));
+            for (const Component c : components)
+                if (const auto& polynomials = light.polynomials[b][int(c)])
+                    add_box(*polynomials, m, lights[l].power * float(weights[b]), sum);
         }
     }
     if (map.mend_signs)

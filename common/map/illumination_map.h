@@ -62,11 +62,14 @@ struct LightState {
     Rgb power;      // W per channel, gain applied
 };
 
-// Irradiance of every patch by the given component under all lamps, W/m², negative values cut to 0
+// Irradiance of every patch by the given components together under all lamps, W/m², negative values cut to 0
 // where the map asks for it (mend_signs).
 // Throws UsageError if a lamp stands outside its domain, naming it.
-std::vector<Rgb> patch_irradiance(const IlluminationMap& map, Component component,
+std::vector<Rgb> patch_irradiance(const IlluminationMap& map, const std::vector<Component>& components,
                                   const std::vector<LightState>& lights);
+
+// The nearest place in the domain: check_in_domain forgives rounding, boxes do not.
+Vec3d clamped(const Box3& domain, const Vec3& position);
 
 // Throws UsageError naming the domain in world coordinates.
 void check_in_domain(const std::string& light, const Box3& domain, const Vec3& position, const Vec3d& origin);

@@ -15,20 +15,19 @@ float plane_factor(float distance_in_cells) {
 
 }  // namespace
 
-Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,
-                  const Vec3& normal) {
+void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& normal,
+             std::vector<PatchShare>& shares) {
     const FacingWeights facing = facing_weights(map.grid, normal);
     const Vec3d place = (Vec3d(position) - map.grid.origin) / map.grid.cell_size - Vec3d(0.5);
     const Index3 low(int(std::floor(place.x)), int(std::floor(place.y)), int(std::floor(place.z)));
     const Vec3 f(place - Vec3d(low));
-    std::array<Rgb, kFacingCount> flux;
-    flux.fill(Rgb(0));
+    shares.clear();
     std::array<float, kFacingCount> area{};
     for (int corner = 0; corner < 8; ++corner) {
         const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
         const auto* patches = map.index.find_cell(low + step);
         if (!patches) continue;
-        const Vec3 from_centre(Vec3d(position) - map.grid.centre(low + step));
+        const Vec3 from_centre = (f - Vec3(step)) * float(map.grid.cell_size);
         const float t = (step.x ? f.x : 1 - f.x) * (step.y ? f.y : 1 - f.y) * (step.z ? f.z : 1 - f.z);
         for (int k = 0; k < kFacingCount; ++k) {
             if (!(facing.weight[k] > 0)) continue;
@@ -38,9 +37,9 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
                 return normal.dot(map.patches[patch].centre - from_centre) / float(map.grid.cell_size);
             };
             const auto add = [&](int patch, float share) {
-                const float weighted = t * share * map.patches[patch].area * plane_factor(distance(patch));
-                area[k] += weighted;
-                flux[k] += values[patch] * weighted;
+                const float weight = t * share * map.patches[patch].area * plane_factor(distance(patch));
+                area[k] += weight;
+                shares.push_back({uint32_t(patch), k, weight});
             };
             if (front < 0 || behind < 0) {
                 add(std::max(front, behind), 1);
@@ -53,14 +52,22 @@ Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, co
             add(behind, a / (a + b));
         }
     }
-    Rgb sum(0);
     float weights = 0;
-    for (int k = 0; k < kFacingCount; ++k) {
-        if (!(area[k] > 0)) continue;
-        sum += flux[k] / area[k] * facing.weight[k];
-        weights += facing.weight[k];
-    }
-    return weights > 0 ? sum / weights : Rgb(0);
+    for (int k = 0; k < kFacingCount; ++k)
+        if (area[k] > 0) weights += facing.weight[k];
+    for (PatchShare& share : shares)
+        share.weight = area[share.facing] > 0
+                           ? share.weight / area[share.facing] * facing.weight[share.facing] / weights
+                           : 0;
+}
+
+Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,
+                  const Vec3& normal) {
+    thread_local std::vector<PatchShare> shares;
+    look_up(map, position, normal, shares);
+    Rgb sum(0);
+    for (const PatchShare& share : shares) sum += values[share.patch] * share.weight;
+    return sum;
 }
 
 }  // namespace pim

@@ -6,13 +6,24 @@
 
 namespace pim {
 
-// Around `position` (local) stand eight cell centres; for each facing f of `normal`,
+struct PatchShare {
+    uint32_t patch;
+    int facing;
+    float weight;
+};
+
+// Which patches make the irradiance at a point, and how much of each: around `position` (local) stand eight
+// cell centres; for each facing f of `normal`,
 //     E_f = sum_i t_i A_i g_i E_i / sum_i t_i A_i g_i,
 // t_i the trilinear weight of cell i, A_i the area of its patch of facing f, and g_i a factor that falls from
 // 1 to nearly 0 as the patch's centroid lies farther in front of or behind the tangent plane: surfaces one
 // behind the other do not mix; of two layers in one cell the nearer counts. Then E = sum_f w_f E_f / sum_f
-// w_f over the facings that exist here, w_f from facing_weights(normal). Cells without surface never count; 0
-// if all of the eight are such. `values` holds one colour per patch.
+// w_f over the facings that exist here, w_f from facing_weights(normal). Cells without surface never count;
+// no shares if all of the eight are such. Else the weights add to 1.
+void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& normal,
+             std::vector<PatchShare>& shares);
+
+// The shares' sum; `values` holds one colour per patch.
 Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,
                   const Vec3& normal);
 

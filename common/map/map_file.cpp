@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <pim_version.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <set>
@@ -134,29 +135,7 @@ MapBox read_box(const VdbReader& file, const std::string& key) {
             file.vector(key + "overlap_high")};
 }
 
-Polynomials read_polynomials(const VdbReader& file, const IlluminationMap& map, const std::vector<int>& terms,
-                             const std::string& light, std::size_t box, Component component) {
-    Polynomials p{terms, {}, {}};
-    p.coefficients.resize(map.patches.size() * terms.size() * 3);
-    p.residuals.resize(map.patches.size());
-    const auto facings = cells_by_slot(map.patches);
-    for (int f = 0; f < kSlotCount; ++f) {
-        if (facings[f].cells.empty()) continue;
-        const std::string stem = stem_of(light, box, component, slot_name(map.grid, f));
-        for (std::size_t t = 0; t < terms.size(); ++t) {
-            if (!file.has(term_grid(stem, terms[t]))) continue;  // checked against the list: all zero
-            const auto values = file.values(term_grid(stem, terms[t]), facings[f].cells, 3);
-            for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
-                std::copy_n(&values[3 * i], 3,
-                            &p.coefficients[(facings[f].patches[i] * terms.size() + t) * 3]);
-        }
-        const auto residuals = file.values(stem + "/residual", facings[f].cells, 1);
-        for (std::size_t i = 0; i < residuals.size(); ++i) p.residuals[facings[f].patches[i]] = residuals[i];
-    }
-    return p;
-}
-
-MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std::string& light_name) {
+MapLight read_light(const VdbReader& file, const std::string& light_name) {
     const std::string key = "light/" + light_name + "/";
     MapLight light;
     light.name = light_name;
@@ -168,14 +147,16 @@ MapLight read_light(const VdbReader& file, const IlluminationMap& map, const std
         light.boxes.push_back(read_box(file, box_key));
         light.fits.push_back({int(file.number(box_key + "samples")), int(file.number(box_key + "rank")),
                               file.number(box_key + "condition_number")});
-        std::vector<int> terms;
-        for (const std::string& term : split(file.text(box_key + "terms")))
-            terms.push_back(std::stoi(term.substr(1)));
-        auto& polynomials = light.polynomials.emplace_back();
-        for (const Component c : map.components)
-            polynomials[int(c)] = read_polynomials(file, map, terms, light_name, b, c);
+        light.polynomials.emplace_back();
     }
     return light;
+}
+
+std::vector<int> listed_terms(const VdbReader& file, const std::string& light, std::size_t box) {
+    std::vector<int> terms;
+    for (const std::string& term : split(file.text(fmt::format("light/{}/b{}/terms", light, box))))
+        terms.push_back(std::stoi(term.substr(1)));
+    return terms;
 }
 
 void check_complete(const VdbReader& file, const std::filesystem::path& path) {
@@ -248,28 +229,99 @@ void write_map(const std::filesystem::path& path, const IlluminationMap& map) {
     });
 }
 
-IlluminationMap read_map(const std::filesystem::path& path) {
-    const VdbReader file(path);
-    check_complete(file, path);
-    IlluminationMap map;
-    map.origin = file.vector("origin");
-    map.grid.origin = file.vector("grid_local_corner");
-    map.grid.cell_size = file.number("grid_cell_size");
-    map.grid.size = Index3(file.vector("grid_size"));
-    map.grid.facings = file.integer("grid_facings") != 0;
-    map.grey = file.integer("grey") != 0;
-    map.mend_signs = file.integer("mend_signs") != 0;
-    map.description = file.text("scene");
-    map.geometry_path = file.text("geometry");
-    map.geometry_hash = file.text("geometry_hash");
-    map.left_out = split(file.text("left_out"));
-    for (const std::string& component : split(file.text("components")))
+MapFile::Stamp MapFile::stamp_of(const std::filesystem::path& path) {
+    struct stat s {};
+    if (::stat(path.c_str(), &s) != 0) return {};
+    return {s.st_ino, uint64_t(s.st_size), s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
+}
+
+MapFile::MapFile(const std::filesystem::path& path) : path_(path), stamp_(stamp_of(path)), file_(path) {
+    check_complete(file_, path);
+    IlluminationMap& map = outline_;
+    map.origin = file_.vector("origin");
+    map.grid.origin = file_.vector("grid_local_corner");
+    map.grid.cell_size = file_.number("grid_cell_size");
+    map.grid.size = Index3(file_.vector("grid_size"));
+    map.grid.facings = file_.integer("grid_facings") != 0;
+    map.grey = file_.integer("grey") != 0;
+    map.mend_signs = file_.integer("mend_signs") != 0;
+    map.description = file_.text("scene");
+    map.geometry_path = file_.text("geometry");
+    map.geometry_hash = file_.text("geometry_hash");
+    map.left_out = split(file_.text("left_out"));
+    for (const std::string& component : split(file_.text("components")))
         map.components.push_back(component == name(Component::direct) ? Component::direct
                                                                       : Component::indirect);
-    map.patches = read_patches(file, map.grid);
+    map.patches = read_patches(file_, map.grid);
     map.index = PatchIndex(map.grid, map.patches);
-    for (const std::string& light : split(file.text("lights")))
-        map.lights.push_back(read_light(file, map, light));
+    slots_ = cells_by_slot(map.patches);
+    for (const std::string& light : split(file_.text("lights"))) {
+        map.lights.push_back(read_light(file_, light));
+        auto& terms = terms_.emplace_back();
+        for (std::size_t b = 0; b < map.lights.back().boxes.size(); ++b)
+            terms.push_back(listed_terms(file_, light, b));
+    }
+}
+
+void MapFile::check_unchanged() const {
+    if (change() == Change::overwritten)
+        throw Error(fmt::format("{}: was overwritten while it was open; open it again", path_.string()));
+}
+
+// Calls visit(slot, stem of its grids) for the slots that have patches.
+template <class Visit>
+void MapFile::for_each_slot(std::size_t light, std::size_t box, Component component, Visit visit) const {
+    check_unchanged();
+    for (int s = 0; s < kSlotCount; ++s)
+        if (!slots_[s].cells.empty())
+            visit(slots_[s],
+                  stem_of(outline_.lights[light].name, box, component, slot_name(outline_.grid, s)));
+}
+
+void MapFile::read_terms(std::size_t light, std::size_t box, Component component, int channels,
+                         const TermVisitor& visit) const {
+    for_each_slot(light, box, component, [&](const SlotCells& slot, const std::string& stem) {
+        for (std::size_t t = 0; t < terms(light, box).size(); ++t) {
+            const std::string grid = term_grid(stem, terms(light, box)[t]);
+            if (file_.has(grid)) visit(t, slot.patches, file_.values(grid, slot.cells, channels));
+        }
+    });
+}
+
+std::vector<float> MapFile::residuals(std::size_t light, std::size_t box, Component component) const {
+    std::vector<float> residuals(outline_.patches.size());
+    for_each_slot(light, box, component, [&](const SlotCells& slot, const std::string& stem) {
+        const auto values = file_.values(stem + "/residual", slot.cells, 1);
+        for (std::size_t i = 0; i < values.size(); ++i) residuals[slot.patches[i]] = values[i];
+    });
+    return residuals;
+}
+
+Polynomials MapFile::polynomials(std::size_t light, std::size_t box, Component component) const {
+    const std::size_t count = terms(light, box).size();
+    Polynomials p{terms(light, box), {}, residuals(light, box, component)};
+    p.coefficients.resize(outline_.patches.size() * count * 3);
+    read_terms(light, box, component, 3,
+               [&](std::size_t t, const std::vector<uint32_t>& patches, const std::vector<float>& values) {
+                   for (std::size_t i = 0; i < patches.size(); ++i)
+                       std::copy_n(&values[3 * i], 3, &p.coefficients[(patches[i] * count + t) * 3]);
+               });
+    return p;
+}
+
+MapFile::Change MapFile::change() const {
+    const Stamp now = stamp_of(path_);
+    if (now == stamp_) return Change::none;
+    return now.inode == stamp_.inode ? Change::overwritten : Change::replaced;
+}
+
+IlluminationMap read_map(const std::filesystem::path& path) {
+    const MapFile file(path);
+    IlluminationMap map = file.outline();
+    for (std::size_t l = 0; l < map.lights.size(); ++l)
+        for (std::size_t b = 0; b < map.lights[l].boxes.size(); ++b)
+            for (const Component c : map.components)
+                map.lights[l].polynomials[b][int(c)] = file.polynomials(l, b, c);
     return map;
 }
 

@@ -13,10 +13,7 @@ CameraRays::CameraRays(const Camera& camera, const Imath::V2i& size) : eye_(came
     right_ = right * (half_height * float(size.x) / float(size.y));
 }
 
-Ray CameraRays::through(float x, float y) const {
-    const float sx = 2 * x / float(size_.x) - 1, sy = 2 * y / float(size_.y) - 1;
-    return {eye_, (forward_ + right_ * sx + down_ * sy).normalized()};
-}
+Ray CameraRays::through(float x, float y) const { return {eye_, direction(x, y).normalized()}; }
 
 std::optional<CameraRays::Pixel> CameraRays::pixel_of(const Vec3& position) const {
     const Vec3 path = position - eye_;

@@ -14,6 +14,10 @@ class CameraRays {
     CameraRays(const Camera& camera, const Imath::V2i& size);
     // Through the image at (x, y) in pixels, (0, 0) its upper left corner.
     Ray through(float x, float y) const;
+    // The same, not unit: its component along the viewing direction is 1.
+    Vec3 direction(float x, float y) const {
+        return forward_ + right_ * (2 * x / float(size_.x) - 1) + down_ * (2 * y / float(size_.y) - 1);
+    }
     // The pixel through which a place is seen, if the image holds it, and the solid angle of that pixel, sr.
     struct Pixel {
         int x, y;

@@ -2,13 +2,10 @@
 #include "common/render/map_radiance.h"
 
 #include "common/map/irradiance.h"
-#include "common/transport/scattering.h"
+#include "common/render/specular_walk.h"
 
 namespace pim {
 namespace {
-
-constexpr int kDeepestReflection = 12;
-constexpr float kLeastShare = 1e-3f;  // reflections that contribute less are not followed
 
 // The nearest shining rectangle along the ray before `limit`, if lamps are shown.
 std::optional<Rgb> visible_lamp(const Moment& m, const Ray& ray, float limit) {
@@ -32,60 +29,29 @@ Rgb traced_direct(const Moment& m, const SurfacePoint& surface, RandomStream& ra
     return sum;
 }
 
-struct Walk {
+struct Radiance {
     const Moment& moment;
     RandomStream& random;
-    Rgb radiance{0};
+    Rgb sum{0};
 
-    void follow(const Ray& ray, const Rgb& throughput, int depth) {
-        const auto hit = moment.caster.intersect(ray);
-        const float limit = hit ? hit->distance : std::numeric_limits<float>::infinity();
-        if (const auto lamp = visible_lamp(moment, ray, limit)) {
-            radiance += *lamp * throughput;
-            return;
-        }
-        if (!hit) return;
-        const SurfacePoint surface = surface_at(moment.scene, *hit);
-        if (!is_black(surface.diffuse)) add_diffuse(surface, throughput);
-        if (depth == kDeepestReflection) return;
-        if (surface.material->glass)
-            follow_glass(surface, ray.direction, throughput, depth);
-        else
-            go_on(surface, mirror(ray.direction, surface.shading_normal), throughput * surface.specular,
-                  depth);
+    bool segment(const Ray& ray, float until, const Rgb& throughput) {
+        const auto lamp = visible_lamp(moment, ray, until);
+        if (lamp) sum += *lamp * throughput;
+        return lamp.has_value();
     }
-
-    void add_diffuse(const SurfacePoint& surface, const Rgb& throughput) {
-        const Rgb share = throughput * surface.diffuse / kPi;  // L = rho E / pi
-        const Rgb baked =
-            irradiance_at(moment.map, moment.patch_values, surface.position, surface.shading_normal);
-        radiance += share * (baked + traced_direct(moment, surface, random));
-    }
-
-    void follow_glass(const SurfacePoint& surface, const Vec3& in, const Rgb& throughput, int depth) {
-        const GlassSplit split = split_at_glass(surface, in);
-        go_on(surface, split.reflected, throughput * split.reflected_share, depth);
-        const float scale = 1 / (split.relative_ior * split.relative_ior);
-        if (split.reflected_share < 1)
-            go_on(surface, split.refracted, throughput * ((1 - split.reflected_share) * scale), depth);
-    }
-
-    void go_on(const SurfacePoint& surface, const Vec3& direction, const Rgb& throughput, int depth) {
-        if (max_channel(throughput) < kLeastShare) return;
-        follow({surface.leave(direction, moment.caster.surface_offset()), direction}, throughput, depth + 1);
+    void diffuse(const SurfacePoint& surface, const Rgb& throughput) {
+        sum += throughput * surface.diffuse / kPi *
+               surface_irradiance(moment, surface, random);  // L = rho E / pi
     }
 };
 
 }  // namespace
 
 void evaluate_patches(Moment& moment) {
-    moment.patch_values.assign(moment.map.patches.size(), Rgb(0));
-    const auto add = [&](Component component) {
-        const auto values = patch_irradiance(moment.map, component, moment.lights);
-        for (std::size_t p = 0; p < values.size(); ++p) moment.patch_values[p] += values[p];
-    };
-    if (moment.indirect) add(Component::indirect);
-    if (moment.direct == DirectLight::baked) add(Component::direct);
+    std::vector<Component> baked;
+    if (moment.indirect) baked.push_back(Component::indirect);
+    if (moment.direct == DirectLight::baked) baked.push_back(Component::direct);
+    moment.patch_values = patch_irradiance(moment.map, baked, moment.lights);
 }
 
 Rgb surface_irradiance(const Moment& moment, const SurfacePoint& surface, RandomStream& random) {
@@ -94,9 +60,9 @@ Rgb surface_irradiance(const Moment& moment, const SurfacePoint& surface, Random
 }
 
 Rgb map_radiance(const Moment& moment, const Ray& ray, RandomStream& random) {
-    Walk walk{moment, random};
-    walk.follow(ray, Rgb(1), 0);
-    return walk.radiance;
+    Radiance radiance{moment, random};
+    SpecularWalk<Radiance>(moment.scene, moment.caster, radiance).follow(ray, Rgb(1));
+    return radiance.sum;
 }
 
 }  // namespace pim

@@ -29,7 +29,6 @@ using Imath::M44d;
 
 // Metals rougher than this scatter like paint; only smoother ones are taken as mirrors.
 constexpr float kRoughestMirror = 0.3f;
-constexpr double kLumensPerWatt = 683;       // photometric lamps of glTF, at 555 nm
 constexpr std::size_t kMostSuggestions = 8;  // lamps in place of one shining material
 
 M44d to_row_vectors(const aiMatrix4x4& m) {

@@ -11,6 +11,8 @@
 
 namespace pim {
 
+inline constexpr float kLumensPerWatt = 683;  // photometric units, at 555 nm
+
 struct PointShape {};
 
 // One-sided: shines where `normal` points, with the same radiance in all directions. Corners at

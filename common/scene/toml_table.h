@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Strict reading of TOML tables: every key must be known, have its type and lie in its range.
-// For scene_file.cpp alone: this header brings toml++ with it.
+// For the few files that read TOML: this header brings toml++ with it.
 #pragma once
 
 #include <fmt/format.h>

@@ -4,6 +4,9 @@
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstring>
+
 #include "common/core/error.h"
 
 namespace pim {
@@ -87,6 +90,54 @@ bool RayCaster::occluded(const Ray& ray) const {
     rtcInitIntersectContext(&context);
     rtcOccluded1(implementation_->scene, &context, &query);
     return query.tfar < 0;
+}
+
+namespace {
+
+static_assert(sizeof(RayPacket) == sizeof(RTCRay16) && sizeof(HitPacket) == sizeof(RTCRayHit16));
+static_assert(offsetof(RayPacket, length) == offsetof(RTCRay16, tfar));
+static_assert(offsetof(HitPacket, triangle) == offsetof(RTCRayHit16, hit.primID));
+
+struct ActiveLanes {
+    alignas(64) int valid[RayPacket::kSize];
+    explicit ActiveLanes(const RayPacket& packet) {
+        for (int lane = 0; lane < RayPacket::kSize; ++lane) valid[lane] = packet.length[lane] >= 0 ? -1 : 0;
+    }
+};
+
+RTCIntersectContext coherent() {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    return context;
+}
+
+}  // namespace
+
+RayPacket::RayPacket() {
+    std::memset(this, 0, sizeof *this);
+    std::fill_n(mask, kSize, ~0u);
+    std::fill_n(length, kSize, -1.0f);
+}
+
+std::optional<Hit> HitPacket::hit(int lane) const {
+    if (geometry[lane] == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    float towards = 0;
+    for (int axis = 0; axis < 3; ++axis) towards += normal[axis][lane] * rays.direction[axis][lane];
+    return Hit{triangle[lane], rays.length[lane], u[lane], v[lane], towards <= 0 ? Side::front : Side::back};
+}
+
+void RayCaster::intersect(HitPacket& packet) const {
+    const ActiveLanes active(packet.rays);
+    std::fill_n(packet.geometry, RayPacket::kSize, RTC_INVALID_GEOMETRY_ID);
+    RTCIntersectContext context = coherent();
+    rtcIntersect16(active.valid, implementation_->scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
+}
+
+void RayCaster::occluded(RayPacket& packet) const {
+    const ActiveLanes active(packet);
+    RTCIntersectContext context = coherent();
+    rtcOccluded16(active.valid, implementation_->scene, &context, reinterpret_cast<RTCRay16*>(&packet));
 }
 
 std::string RayCaster::instruction_set() const { return implementation_->instructions; }

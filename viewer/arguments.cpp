@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/arguments.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "common/core/command_line.h"
+#include "common/core/error.h"
+#include "viewer/files/lighting_setup.h"
+#include "viewer/files/names.h"
+
+namespace pim {
+namespace {
+
+// "NAME=value" parts.
+std::pair<std::string, std::string> split_assignment(const std::string& text, const char* option) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0)
+        throw UsageError(fmt::format("{}: '{}' must look like NAME=value", option, text));
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+double parse_number(const std::string& text, const std::string& option) {
+    try {
+        std::size_t used = 0;
+        const double value = std::stod(text, &used);
+        if (used == text.size() && std::isfinite(value)) return value;
+    } catch (const std::logic_error&) {
+    }
+    throw UsageError(fmt::format("{}: '{}' is no number", option, text));
+}
+
+Vec3d parse_vector(const std::string& text, const std::string& option) {
+    const auto v = parse_triple(text, option);
+    return {v[0], v[1], v[2]};
+}
+
+// Calls set(lamp, option text, value text) for each NAME=value.
+template <class Set>
+void for_each_lamp(const std::vector<std::string>& texts, const char* option, const Scene& scene, Set set) {
+    for (const std::string& text : texts) {
+        const auto [name, value] = split_assignment(text, option);
+        set(find_light(scene, name), fmt::format("{} {}", option, name), value);
+    }
+}
+
+void place_lamps(const Arguments& a, const Scene& scene, ViewState& state) {
+    for_each_lamp(
+        a.lights, "--light", scene, [&](std::size_t l, const std::string& option, const std::string& value) {
+            const Vec3 at = scene.geometry.to_local(parse_vector(value, option));
+            check_in_domain(scene.lights[l].name, scene.lights[l].domain, at, scene.geometry.origin);
+            state.lamps[l].position = at;
+        });
+    for_each_lamp(a.gains, "--gain", scene,
+                  [&](std::size_t l, const std::string& option, const std::string& value) {
+                      const double gain = parse_number(value, option);
+                      if (gain < 0) throw UsageError(fmt::format("{}: {} is negative", option, gain));
+                      state.lamps[l].gain = float(gain);
+                      state.lamps[l].on = true;
+                  });
+    for_each_lamp(a.colours, "--colour", scene,
+                  [&](std::size_t l, const std::string& option, const std::string& value) {
+                      const Rgb colour(parse_vector(value, option));
+                      if (std::min({colour.x, colour.y, colour.z}) < 0)
+                          throw UsageError(fmt::format("{}: {} holds a negative number", option, value));
+                      state.lamps[l].colour = colour;
+                  });
+}
+
+void place_camera(const Arguments& a, const Scene& scene, Camera& camera) {
+    if (!a.camera.empty()) camera = find_camera(scene, a.camera);
+    if (!a.eye.empty()) camera.eye = scene.geometry.to_local(parse_vector(a.eye, "--eye"));
+    if (!a.target.empty()) camera.target = scene.geometry.to_local(parse_vector(a.target, "--target"));
+    if (!a.up.empty()) camera.up = Vec3(parse_vector(a.up, "--up"));
+    if (!a.fov.empty()) camera.vertical_fov = float(parse_number(a.fov, "--fov"));
+    if (!(camera.vertical_fov >= 0.1f && camera.vertical_fov <= 179))
+        throw UsageError(fmt::format("--fov: {} is out of range; allowed: 0.1 to 179 degrees", a.fov));
+    if (!((camera.target - camera.eye).cross(camera.up).length() > 0))
+        throw UsageError("--eye, --target, --up: must not lie on one line");
+}
+
+void choose_parts(const Arguments& a, const IlluminationMap& map, ViewState& state) {
+    if (!a.view.empty()) state.view = parse_view(a.view);
+    if (!a.direct.empty()) state.direct = parse_direct_light(a.direct);
+    if (state.direct == DirectLight::baked && !map.has(Component::direct))
+        throw UsageError(
+            "--direct baked: the map lacks the direct part; bake with components = [\"direct\", "
+            "\"indirect\"]");
+    if (state.view == View::density && a.direct == "traced")
+        throw UsageError("--direct traced: the density view shows the map alone; allowed: baked, none");
+    if (a.indirect.empty()) return;
+    if (a.indirect != "baked" && a.indirect != "none")
+        throw UsageError(fmt::format("--indirect: '{}' is unknown; allowed: baked, none", a.indirect));
+    state.indirect = a.indirect == "baked";
+    if (state.indirect && !map.has(Component::indirect))
+        throw UsageError("--indirect baked: the map lacks the indirect part");
+}
+
+void choose_tone(const Arguments& a, ViewState& state) {
+    if (!a.tone_curve.empty()) state.tone_curve = parse_tone_curve(a.tone_curve);
+    if (a.exposure.empty()) return;
+    state.automatic_exposure = a.exposure == "auto";
+    if (!state.automatic_exposure) state.exposure = float(parse_number(a.exposure, "--exposure"));
+}
+
+}  // namespace
+
+ViewState parse_state(const Arguments& a, const Scene& scene, const IlluminationMap& map) {
+    ViewState state = a.setup ? load_setup(*a.setup, scene, map) : initial_state(scene, map);
+    place_lamps(a, scene, state);
+    place_camera(a, scene, state.camera);
+    choose_parts(a, map, state);
+    choose_tone(a, state);
+    if (a.show_lamps) state.show_lamps = true;
+    return state;
+}
+
+Imath::V2i parse_size(const Arguments& a, const Camera& camera) {
+    if (a.size.empty()) return camera.size;
+    const std::size_t x = a.size.find('x');
+    if (x == std::string::npos) throw UsageError(fmt::format("--size: '{}' must look like 1280x720", a.size));
+    const double w = parse_number(a.size.substr(0, x), "--size"),
+                 h = parse_number(a.size.substr(x + 1), "--size");
+    if (w < 1 || h < 1 || w > 32768 || h > 32768 || w != std::floor(w) || h != std::floor(h))
+        throw UsageError(fmt::format("--size: '{}' must be whole numbers from 1 to 32768", a.size));
+    return {int(w), int(h)};
+}
+
+VectorUnit parse_vector_unit(const Arguments& a) {
+    if (a.vector_unit == "auto") return best_vector_unit();
+    const auto unit = find_vector_unit(a.vector_unit);
+    if (!unit)
+        throw UsageError(
+            fmt::format("--vector-unit: '{}' is unknown; allowed: auto, plain, avx2, avx512", a.vector_unit));
+    if (!is_supported(*unit))
+        throw UsageError(fmt::format("--vector-unit: this processor has no {}", a.vector_unit));
+    return *unit;
+}
+
+}  // namespace pim

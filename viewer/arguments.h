@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the command line asks for.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "viewer/relight/kernels.h"
+#include "viewer/view_state.h"
+
+namespace pim {
+
+// As written; `viewer --help` says what each means. Empty: the scene's own, or the default.
+struct Arguments {
+    std::filesystem::path map, output;
+    std::optional<std::filesystem::path> geometry, stats, volume, setup, probe;
+    std::vector<std::filesystem::path> paths;
+    std::vector<std::string> lights, gains, colours;  // NAME=value
+    std::string camera, eye, target, up, fov, size, direct, indirect, view, exposure, tone_curve;
+    std::string integrator = "polynomial", vector_unit = "auto";
+    double frames_per_second = 25;
+    int samples = 4;
+    bool show_lamps = false, panels = false, benchmark = false, overwrite = false;
+};
+
+// All of these throw UsageError.
+ViewState parse_state(const Arguments& arguments, const Scene& scene, const IlluminationMap& map);
+Imath::V2i parse_size(const Arguments& arguments, const Camera& camera);
+VectorUnit parse_vector_unit(const Arguments& arguments);
+
+}  // namespace pim

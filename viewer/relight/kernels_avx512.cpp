@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/relight/kernels.h"
+
+namespace pim::avx512 {
+#include "viewer/relight/kernels.inl"
+}  // namespace pim::avx512
