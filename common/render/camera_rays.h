@@ -16,7 +16,16 @@ class CameraRays {
     Ray through(float x, float y) const;
     // The same, not unit: its component along the viewing direction is 1.
     Vec3 direction(float x, float y) const {
-        return forward_ + right_ * (2 * x / float(size_.x) - 1) + down_ * (2 * y / float(size_.y) - 1);
+        return forward_ + right_ * (x * (2 / float(size_.x)) - 1) + down_ * (y * (2 / float(size_.y)) - 1);
+    }
+    // Of several, axis by axis.
+    template <std::size_t N>
+    void directions(const float* x, const float* y, int count, float (*axes)[N]) const {
+        const float sx = 2 / float(size_.x), sy = 2 / float(size_.y);
+        for (int axis = 0; axis < 3; ++axis)
+            for (int i = 0; i < count; ++i)
+                axes[axis][i] =
+                    forward_[axis] + right_[axis] * (x[i] * sx - 1) + down_[axis] * (y[i] * sy - 1);
     }
     // The pixel through which a place is seen, if the image holds it, and the solid angle of that pixel, sr.
     struct Pixel {

@@ -121,7 +121,8 @@ RayPacket::RayPacket() {
 }
 
 std::optional<Hit> HitPacket::hit(int lane) const {
-    if (geometry[lane] == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    static_assert(RTC_INVALID_GEOMETRY_ID == ~0u);
+    if (!is_hit(lane)) return std::nullopt;
     float towards = 0;
     for (int axis = 0; axis < 3; ++axis) towards += normal[axis][lane] * rays.direction[axis][lane];
     return Hit{triangle[lane], rays.length[lane], u[lane], v[lane], towards <= 0 ? Side::front : Side::back};

@@ -43,6 +43,7 @@ struct alignas(64) HitPacket {
     float normal[3][RayPacket::kSize], u[RayPacket::kSize], v[RayPacket::kSize];
     uint32_t triangle[RayPacket::kSize], geometry[RayPacket::kSize], instance[RayPacket::kSize];
 
+    bool is_hit(int lane) const { return geometry[lane] != ~0u; }
     std::optional<Hit> hit(int lane) const;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <new>
+#include <utility>
 #include <vector>
 
 namespace pim {
@@ -16,6 +17,15 @@ struct LineAllocator {
     LineAllocator(const LineAllocator<U>&) {}
     T* allocate(std::size_t n) {
         return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t(64)));
+    }
+    // resize() leaves new elements as they are: whoever asks for them fills them.
+    template <class U>
+    void construct(U* p) {
+        ::new (static_cast<void*>(p)) U;
+    }
+    template <class U, class... A>
+    void construct(U* p, A&&... arguments) {
+        ::new (static_cast<void*>(p)) U(std::forward<A>(arguments)...);
     }
     void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t(64)); }
     bool operator==(const LineAllocator&) const { return true; }

@@ -37,7 +37,7 @@ std::shared_ptr<const PackedBox> CoefficientStore::read(std::size_t light, std::
     const std::size_t patches = map_.outline().patches.size();
     p.terms = map_.terms(light, box);
     p.channels = map_.outline().grey ? 1 : 3;
-    p.coefficients.resize((patches + kLanes - 1) / kLanes * p.block_length());
+    p.coefficients.assign((patches + kLanes - 1) / kLanes * p.block_length(), 0);
     p.residuals.resize(patches);
     for (const Component c : components_) {
         map_.read_terms(

@@ -40,11 +40,39 @@ struct ShadowRays {
     float* term;          // cos θ / d² at the surface; 0: no ray needed
 };
 
+// A triangle as hits need it: kTriangleRow floats, edges and normals as differences from the first corner.
+// Flat triangles have the geometric normal for a shading normal, and no bend.
+struct TriangleRow {
+    float corner[3], edge1[3], edge2[3], geometric_normal[3], normal[3], bend1[3], bend2[3];
+    uint32_t material;
+    float unused[2];
+};
+inline constexpr int kTriangleRow = sizeof(TriangleRow) / sizeof(float);
+
+// Where a packet of rays has met triangles.
+struct HitLanes {
+    const uint32_t* triangle;  // valid in all lanes
+    const float *u, *v;
+    const float* normal[3];     // of the triangle, any length
+    const float* direction[3];  // of the rays, any length
+};
+struct GridPlacement {
+    float origin[3];  // local, m
+    float cells_per_metre, facing_threshold;
+    int facings;
+};
+// Surfaces of a packet: rows of kLanes: position, shading normal, geometric normal (unit, on the side that
+// the ray met), place in the stencil; and, as integers, the stencil's lowest cell and the facings' mask.
+inline constexpr int kLocatedRows = kSurfaceRows + 3, kCellRows = 4;
+
 struct Kernels {
     // sum[channel][lane] += power[channel] · Σ_t monomials[t] · coefficients[t][channel][lane]; with one
     // channel in the coefficients it stands for all three.
     void (*evaluate)(const float* coefficients, int terms, int channels, const float* monomials,
                      const float* power, float* sum);
+    // See kLocatedRows. A bit of the mask for each facing that facing_weights() gives a weight to.
+    void (*locate)(const TriangleRow* triangles, const HitLanes& hits, const GridPlacement& grid, float* rows,
+                   int32_t* cells);
     // weights[entry][lane] of one block of points; they add to 1, or are all 0.
     void (*weigh)(const StencilEntry* entries, int count, float facing_threshold, const float* places,
                   float* weights);

@@ -98,6 +98,54 @@ static void weigh(const StencilEntry* entries, int count, float threshold, const
     for (int e = 0; e < count; ++e) at(weights + e * kLanes) *= scale;
 }
 
+// Transposes the rows of sixteen triangles.
+PIM_INLINE void pick(const float* base, const uint32_t* triangle, int rows, Lanes* out) {
+    for (int i = 0; i < kLanes; ++i) {
+        const float* from = base + uint64_t(triangle[i]) * kTriangleRow;
+        for (int row = 0; row < rows; ++row) reinterpret_cast<float*>(out + row)[i] = from[row];
+    }
+}
+
+PIM_INLINE LanesInt floor_of(const Lanes& x) {
+    const LanesInt truncated = __builtin_convertvector(x, LanesInt);
+    return truncated + (x < __builtin_convertvector(truncated, Lanes));  // true is -1
+}
+
+static void locate(const TriangleRow* triangles, const HitLanes& hits, const GridPlacement& grid, float* rows,
+                   int32_t* cells) {
+    constexpr int kUsed = 21;
+    Lanes t[kUsed];
+    pick(triangles->corner, hits.triangle, kUsed, t);
+    const Lanes &u = at(hits.u), &v = at(hits.v);
+    Lanes towards{};
+    for (int axis = 0; axis < 3; ++axis) towards += at(hits.normal[axis]) * at(hits.direction[axis]);
+    const Lanes side = towards <= 0 ? all(1) : all(-1);
+    Lanes geometric[3], bent[3], square{}, agreement{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Lanes position = t[axis] + t[3 + axis] * u + t[6 + axis] * v;
+        geometric[axis] = t[9 + axis] * side;
+        bent[axis] = (t[12 + axis] + t[15 + axis] * u + t[18 + axis] * v) * side;
+        square += bent[axis] * bent[axis];
+        agreement += bent[axis] * geometric[axis];
+        at(rows + axis * kLanes) = position;
+        at(rows + (6 + axis) * kLanes) = geometric[axis];
+        const Lanes place = (position - grid.origin[axis]) * grid.cells_per_metre - 0.5f;
+        const LanesInt low = floor_of(larger(smaller(place, all(1e6f)), all(-1e6f)));
+        *reinterpret_cast<LanesInt*>(cells + axis * kLanes) = low;
+        at(rows + (9 + axis) * kLanes) = place - __builtin_convertvector(low, Lanes);
+    }
+    const Lanes usable = (square > 0) & (agreement != 0) ? all(1) : all(0);
+    const Lanes scale = (agreement > 0 ? all(1) : all(-1)) / root(usable > 0 ? square : all(1));
+    LanesInt mask{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Lanes normal = usable > 0 ? bent[axis] * scale : geometric[axis];
+        at(rows + (3 + axis) * kLanes) = normal;
+        const LanesInt counts = -(normal * normal > grid.facing_threshold);
+        mask |= (normal < 0 ? counts << (2 * axis + 1) : counts << (2 * axis));
+    }
+    *reinterpret_cast<LanesInt*>(cells + 3 * kLanes) = grid.facings ? mask : LanesInt{} + 1;
+}
+
 static void gather(const float* weights, const float* values, int entries, float* sum) {
     Lanes r{}, g{}, b{};
     for (int e = 0; e < entries; ++e, values += 3) {
@@ -157,4 +205,4 @@ static void encode(const float* linear, float exposure, int curve, uint32_t* rgb
 }
 
 extern const Kernels kKernels;
-const Kernels kKernels{evaluate, weigh, gather, aim, encode};
+const Kernels kKernels{evaluate, locate, weigh, gather, aim, encode};

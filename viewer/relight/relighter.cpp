@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/relight/relighter.h"
 
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -60,26 +61,25 @@ void Relighter::choose_components() {
 }
 
 void Relighter::update(const ViewState& state, const Imath::V2i& size) {
-    statistics_.view_seconds = statistics_.shadow_seconds = 0;
     const bool camera_moved = !state_ || size != size_ || !same_view(state.camera, state_->camera);
     const std::vector<LightState> before = lights_;
     state_ = state;
     size_ = size;
     lights_ = shining(scene_, state);
+    plan_view(camera_moved);
+    traced_.resize(lights_.size());
+    for (std::size_t l = 0; l < lights_.size(); ++l)
+        if (before.empty() || before[l].position != lights_[l].position) traced_[l] = false;
     choose_components();
     boxes_ = store_->active(lights_);
-    update_view(camera_moved);
-    traced_.resize(lights_.size());
-    std::vector<uint8_t> moved(lights_.size());
-    for (std::size_t l = 0; l < lights_.size(); ++l) {
-        if (before.empty() || before[l].position != lights_[l].position) traced_[l] = false;
-        moved[l] = !traced_[l] && !is_black(lights_[l].power) && direct_part(*state_) == DirectLight::traced;
-    }
-    trace_lamps(moved);
     const Stopwatch watch;
     statistics_.active_boxes = boxes_.size();
     evaluated_all_ = false;
-    evaluate(blocks_.needed);
+    blocks_.resize(map_.outline().patches.size(), state.view == View::trust);
+    if (view_is_due_)  // what a new view needs is not known yet
+        evaluate_all();
+    else
+        evaluate(blocks_.needed);
     statistics_.evaluate_seconds = watch.seconds();
 }
 
@@ -92,12 +92,18 @@ void Relighter::evaluate(const std::vector<uint32_t>& blocks) {
 
 void Relighter::evaluate_all() {
     if (std::exchange(evaluated_all_, true)) return;
-    std::vector<uint32_t> blocks(blocks_.irradiance.size() / (3 * kLanes));
+    std::vector<uint32_t> blocks(blocks_.count);
     std::iota(blocks.begin(), blocks.end(), 0u);
     evaluate(blocks);
 }
 
-void Relighter::update_view(bool camera_moved) {
+void Relighter::Blocks::resize(std::size_t patches, bool with_residual) {
+    count = (patches + kLanes - 1) / kLanes;
+    irradiance.resize(count * 3 * kLanes);
+    residual.resize(with_residual ? count * 3 * kLanes : 0);
+}
+
+void Relighter::plan_view(bool camera_moved) {
     ViewOptions wanted;
     wanted.radiance = shows_radiance(state_->view);
     wanted.surfaces = direct_part(*state_) == DirectLight::traced;
@@ -105,30 +111,50 @@ void Relighter::update_view(bool camera_moved) {
                       std::ranges::any_of(scene_.lights, [](const Light& l) { return l.rectangle(); });
     if (!camera_moved && wanted == options_) return;
     options_ = wanted;
-    const Stopwatch watch;
-    const CameraRays rays(state_->camera, size_);
-    if (tiles_.empty() || camera_moved) {
-        auto fresh = make_tiles(size_);
-        if (fresh.size() == tiles_.size())  // keeps their memory
-            for (std::size_t t = 0; t < fresh.size(); ++t) {
-                tiles_[t].x = fresh[t].x, tiles_[t].y = fresh[t].y;
-                tiles_[t].width = fresh[t].width, tiles_[t].height = fresh[t].height;
-            }
-        else
-            tiles_ = std::move(fresh);
-    }
-    parallel_for(tiles_.size(),
-                 [&](std::size_t t) { builder_.build(rays, offset_of_pass(0), options_, tiles_[t]); });
+    view_is_due_ = true;
     traced_.assign(scene_.lights.size(), false);
+    auto fresh = make_tiles(size_);
+    if (fresh.size() != tiles_.size()) tiles_ = std::move(fresh);
+    for (std::size_t t = 0; t < fresh.size(); ++t) {  // keeps their memory
+        tiles_[t].x = fresh[t].x, tiles_[t].y = fresh[t].y;
+        tiles_[t].width = fresh[t].width, tiles_[t].height = fresh[t].height;
+    }
     terms_.resize(tiles_.size());
-    count_points();
-    statistics_.view_seconds = watch.seconds();
+}
+
+// Brings each tile up to date and hands it on while it is in the processor's cache.
+template <class Sink>
+void Relighter::for_each_tile(Sink sink) {
+    const CameraRays rays(state_->camera, size_);
+    std::vector<uint8_t> due(lights_.size());
+    for (std::size_t l = 0; l < lights_.size(); ++l)
+        due[l] = !traced_[l] && !is_black(lights_[l].power) && direct_part(*state_) == DirectLight::traced;
+    for (std::size_t l = 0; l < lights_.size(); ++l) traced_[l] = traced_[l] || due[l];
+    std::atomic<int64_t> view{0}, shadow{0}, shade{0};  // ns, all threads
+    const auto timed = [](std::atomic<int64_t>& sum, const auto& work) {
+        const Stopwatch watch;
+        work();
+        sum += int64_t(1e9 * watch.seconds());
+    };
+    parallel_for(tiles_.size(), [&](std::size_t t) {
+        if (view_is_due_) timed(view, [&] { builder_.build(rays, offset_of_pass(0), options_, tiles_[t]); });
+        timed(shadow, [&] {
+            terms_[t].resize(lights_.size());
+            for (std::size_t l = 0; l < due.size(); ++l)
+                if (due[l]) trace_lamp(tiles_[t], l, 0, terms_[t][l]);
+        });
+        timed(shade, [&] { sink(tiles_[t], terms_of(t)); });
+    });
+    const auto seconds = [](const std::atomic<int64_t>& sum) { return 1e-9 * double(sum) / thread_count(); };
+    statistics_.view_seconds = seconds(view);
+    statistics_.shadow_seconds = seconds(shadow);
+    statistics_.shade_seconds = seconds(shade);
+    if (std::exchange(view_is_due_, false)) count_points();
 }
 
 // Which patches the picture needs.
 void Relighter::count_points() {
-    const std::size_t all = (map_.outline().patches.size() + kLanes - 1) / kLanes;
-    std::vector<uint8_t> needed(all);
+    std::vector<uint8_t> needed(blocks_.count);
     std::size_t points = 0, reads = 0, bytes = 0;
     for (const ViewTile& tile : tiles_) {
         for (const uint32_t p : tile.patches) needed[p / kLanes] = true;
@@ -139,10 +165,8 @@ void Relighter::count_points() {
         bytes += tile.bytes();
     }
     blocks_.needed.clear();
-    for (uint32_t b = 0; b < all; ++b)
+    for (uint32_t b = 0; b < blocks_.count; ++b)
         if (needed[b]) blocks_.needed.push_back(b);
-    blocks_.irradiance.resize(all * 3 * kLanes);
-    blocks_.residual.resize(state_->view == View::trust ? all * 3 * kLanes : 0);
     statistics_.points = points;
     statistics_.patches_per_point = points > 0 ? double(reads) / double(points) : 0;
     statistics_.evaluated_patches = blocks_.needed.size() * kLanes;
@@ -169,18 +193,6 @@ void Relighter::evaluate_block(std::size_t block) {
                 for (int c = 0; c < 3; ++c)
                     residual[c * kLanes + lane] += active.box->residuals[patch] * active.power[c];
         }
-}
-
-void Relighter::trace_lamps(const std::vector<uint8_t>& lamps) {
-    if (std::ranges::none_of(lamps, [](uint8_t l) { return l; })) return;
-    const Stopwatch watch;
-    parallel_for(tiles_.size(), [&](std::size_t t) {
-        terms_[t].resize(lights_.size());
-        for (std::size_t l = 0; l < lamps.size(); ++l)
-            if (lamps[l]) trace_lamp(tiles_[t], l, 0, terms_[t][l]);
-    });
-    for (std::size_t l = 0; l < lamps.size(); ++l) traced_[l] = traced_[l] || lamps[l];
-    statistics_.shadow_seconds = watch.seconds();
 }
 
 // terms[block][lane]: irradiance at each point of the tile for 1 W.
@@ -298,16 +310,13 @@ void Relighter::add_lamps(const ViewTile& tile, const Corner<Rgb>& corner) const
 }
 
 void Relighter::encode(float exposure, ToneCurve curve, uint32_t* rgba) {
-    const Stopwatch watch;
-    parallel_for(tiles_.size(), [&](std::size_t t) {
-        const ViewTile& tile = tiles_[t];
+    for_each_tile([&](const ViewTile& tile, const LampTerms& terms) {
         const Corner<uint32_t> corner{rgba + std::size_t(tile.y) * size_.x + tile.x, size_.x};
         if (tile.one_point_per_pixel)
-            encode_points(tile, terms_of(t), exposure, curve, corner);
+            encode_points(tile, terms, exposure, curve, corner);
         else
-            encode_sums(tile, terms_of(t), exposure, curve, corner);
+            encode_sums(tile, terms, exposure, curve, corner);
     });
-    statistics_.shade_seconds = watch.seconds();
 }
 
 // Each point is a pixel: no sum in between.
@@ -343,12 +352,10 @@ const Relighter::LampTerms& Relighter::terms_of(std::size_t tile) const {
 }
 
 Image Relighter::linear() {
-    const Stopwatch watch;
     Image image(size_.x, size_.y);
-    parallel_for(tiles_.size(), [&](std::size_t t) {
-        add_tile(tiles_[t], terms_of(t), {&image.at(tiles_[t].x, tiles_[t].y), size_.x});
+    for_each_tile([&](const ViewTile& tile, const LampTerms& terms) {
+        add_tile(tile, terms, {&image.at(tile.x, tile.y), size_.x});
     });
-    statistics_.shade_seconds = watch.seconds();
     return image;
 }
 

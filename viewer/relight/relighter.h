@@ -10,9 +10,10 @@
 namespace pim {
 
 struct FrameStatistics {
-    double view_seconds = 0;      // camera rays and look-up weights; 0 where the camera rested
     double evaluate_seconds = 0;  // polynomials of the patches in view
-    double shadow_seconds = 0;    // rays to lamps
+    // Of all threads, over their number:
+    double view_seconds = 0;    // camera rays and look-up weights; nearly 0 where the camera rested
+    double shadow_seconds = 0;  // rays to lamps
     double shade_seconds = 0;
     std::size_t points = 0;        // surface points that make the picture
     double patches_per_point = 0;  // read for each of them
@@ -26,8 +27,8 @@ class Relighter {
     // Arguments outlive it.
     Relighter(const MapFile& map, const Scene& scene, const RayCaster& caster, VectorUnit unit);
 
-    // Brings all that frames need in line with the state: rays where the camera has moved, shadow rays where
-    // lamps have, polynomials. Views cells, normals and albedo show nothing of it. Throws UsageError: a lamp
+    // Takes up the state: polynomials now, rays where the camera has moved and shadow rays where lamps have
+    // with the next picture. Views cells, normals and albedo show nothing of it. Throws UsageError: a lamp
     // outside its domain, a part that the map lacks; Error: the map cannot be read.
     void update(const ViewState& state, const Imath::V2i& size);
 
@@ -52,6 +53,8 @@ class Relighter {
 
   private:
     struct Blocks {
+        std::size_t count = 0;
+        void resize(std::size_t patches, bool with_residual);
         std::vector<uint32_t> needed;               // blocks of kLanes patches
         AlignedVector<float> irradiance, residual;  // [block][channel][lane]
     };
@@ -67,11 +70,12 @@ class Relighter {
     using LampTerms = std::vector<AlignedVector<float>>;  // [lamp][block of the tile][lane]
 
     void choose_components();
-    void update_view(bool camera_moved);
+    void plan_view(bool camera_moved);
+    template <class Sink>
+    void for_each_tile(Sink sink);
     void evaluate(const std::vector<uint32_t>& blocks);
     void evaluate_all();
     void evaluate_block(std::size_t block);
-    void trace_lamps(const std::vector<uint8_t>& lamps);
     void trace_lamp(const ViewTile& tile, std::size_t lamp, int pass, AlignedVector<float>& terms) const;
     template <class Sink>
     void shade(const ViewTile& tile, const LampTerms& terms, Sink sink) const;
@@ -100,7 +104,7 @@ class Relighter {
     std::vector<uint8_t> traced_;   // lamps whose terms are valid
     Blocks blocks_;
     std::vector<ActiveBox> boxes_;
-    bool evaluated_all_ = false;
+    bool evaluated_all_ = false, view_is_due_ = true;
     FrameStatistics statistics_;
 };
 

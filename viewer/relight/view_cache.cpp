@@ -17,12 +17,6 @@ struct Stencil {
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
 };
 
-int facing_mask(const FacingWeights& facing) {
-    int mask = 0;
-    for (int k = 0; k < kFacingCount; ++k) mask |= int(facing.weight[k] > 0) << k;
-    return mask;
-}
-
 class StencilMaker {
   public:
     StencilMaker(const IlluminationMap& map, const Index3& low) : map_(map), low_(low) {}
@@ -64,10 +58,9 @@ class StencilMaker {
 };
 
 struct Point {
-    Vec3 position, shading_normal, geometric_normal;
-    Vec3 place;  // in the stencil, cells
-    Rgb factor;
+    uint32_t slot;  // in Scratch::rows: block · kLanes + lane
     uint32_t group;
+    Rgb factor;
     uint16_t pixel;
 };
 
@@ -77,6 +70,9 @@ struct Scratch {
     std::unordered_map<uint64_t, Stencil> stencils;
     uint32_t tile = 0;
     std::vector<Point> points;
+    AlignedVector<float> rows;             // [block][row of kLocatedRows][lane]
+    uint32_t blocks = 0, spare_lanes = 0;  // of rows; lanes left in a block of single points
+    uint32_t spare_block = 0;
     std::vector<const Stencil*> groups;
     std::vector<uint32_t> counts, next;
     AlignedVector<float> places;
@@ -105,6 +101,7 @@ class TileBuilder {
         scratch.points.clear();
         scratch.groups.clear();
         scratch.counts.clear();
+        scratch.blocks = scratch.spare_lanes = 0;
         tile.segments.clear();
     }
 
@@ -119,78 +116,117 @@ class TileBuilder {
         if (options_.segments) tile_.segments.push_back({ray, until, throughput, pixel_, false});
         return false;
     }
-    void diffuse(const SurfacePoint& s, const Rgb& throughput) {
-        add_point(s.position, s.shading_normal, s.geometric_normal, throughput * s.diffuse / kPi);
-    }
+    void diffuse(const SurfacePoint& s, const Rgb& throughput) { add_point(s, throughput * s.diffuse / kPi); }
 
   private:
     void trace(int x0, int y0, const Vec2& offset) {
         HitPacket packet;
-        for (int lane = 0; lane < RayPacket::kSize; ++lane) {
+        float x_of[kLanes], y_of[kLanes];
+        for (int lane = 0; lane < kLanes; ++lane) {
             const int x = x0 + lane % 4, y = y0 + lane / 4;
-            if (x >= tile_.width || y >= tile_.height) continue;
-            const Vec3 direction =
-                rays_.direction(float(tile_.x + x) + offset.x, float(tile_.y + y) + offset.y);
-            packet.rays.set(lane, rays_.eye(), direction, std::numeric_limits<float>::infinity());
+            x_of[lane] = float(tile_.x + x) + offset.x, y_of[lane] = float(tile_.y + y) + offset.y;
+            const bool inside = x < tile_.width && y < tile_.height;
+            packet.rays.length[lane] = inside ? std::numeric_limits<float>::infinity() : -1.0f;
         }
+        for (int axis = 0; axis < 3; ++axis) std::fill_n(packet.rays.origin[axis], kLanes, rays_.eye()[axis]);
+        rays_.directions(x_of, y_of, kLanes, packet.rays.direction);
         view_.caster_.intersect(packet);
-        for (int lane = 0; lane < RayPacket::kSize; ++lane) {
+        const uint32_t block = add_block();
+        alignas(64) int32_t cells[kCellRows * kLanes];
+        locate(packet, block, cells);
+        for (int lane = 0; lane < kLanes; ++lane) {
             const int x = x0 + lane % 4, y = y0 + lane / 4;
             if (x >= tile_.width || y >= tile_.height) continue;
             pixel_ = uint16_t(y * kTileSize + x);
-            const Vec3 direction(packet.rays.direction[0][lane], packet.rays.direction[1][lane],
-                                 packet.rays.direction[2][lane]);
-            add_pixel(packet.hit(lane), direction);
+            if (options_.segments) add_primary_segment(packet, lane);
+            if (!packet.is_hit(lane)) continue;
+            const Rgb factor = primary_factor(packet, lane);
+            if (is_black(factor)) continue;
+            const Index3 low(cells[lane], cells[kLanes + lane], cells[2 * kLanes + lane]);
+            add_point(block * kLanes + uint32_t(lane), low, cells[3 * kLanes + lane], factor);
         }
     }
 
-    void add_pixel(const std::optional<Hit>& hit, const Vec3& direction) {
-        if (options_.segments) add_primary_segment(hit, direction);
-        if (!hit) return;
-        const auto& t = view_.triangles_[hit->triangle];
-        const Material& material = view_.scene_.materials[t.material];
-        const Vec3 position = t.corner + t.edge1 * hit->b1 + t.edge2 * hit->b2;
-        const Vec3 geometric = hit->side == Side::front ? t.normal : -t.normal;
-        const Vec3 normal =
-            t.smooth ? shading_normal(view_.scene_.geometry, hit->triangle, hit->side, hit->b1, hit->b2)
-                     : geometric;
-        if (!options_.radiance) {
-            add_point(position, normal, geometric, Rgb(1));
-            return;
-        }
-        if (material.glass || !is_black(material.specular)) {
-            const SurfacePoint surface = surface_at(view_.scene_, *hit);
-            if (!is_black(surface.diffuse)) diffuse(surface, Rgb(1));
-            SpecularWalk<TileBuilder>(view_.scene_, view_.caster_, *this)
-                .leave(surface, direction.normalized(), Rgb(1));
-            return;
-        }
-        const Rgb albedo = material.texture
-                               ? reflectance(view_.scene_, hit->triangle, hit->b1, hit->b2).diffuse
-                               : material.diffuse;
-        if (!is_black(albedo)) add_point(position, normal, geometric, albedo / kPi);
+    uint32_t add_block() {
+        scratch_.rows.resize(std::size_t(++scratch_.blocks) * kLocatedRows * kLanes);
+        return scratch_.blocks - 1;
     }
 
-    void add_primary_segment(const std::optional<Hit>& hit, const Vec3& direction) {
+    void locate(const HitPacket& packet, uint32_t block, int32_t* cells) {
+        alignas(64) uint32_t triangle[kLanes];
+        for (int lane = 0; lane < kLanes; ++lane)
+            triangle[lane] = packet.is_hit(lane) ? packet.triangle[lane] : 0;
+        const HitLanes hits{triangle,
+                            packet.u,
+                            packet.v,
+                            {packet.normal[0], packet.normal[1], packet.normal[2]},
+                            {packet.rays.direction[0], packet.rays.direction[1], packet.rays.direction[2]}};
+        view_.kernels_.locate(view_.triangles_.data(), hits, view_.grid_,
+                              &scratch_.rows[std::size_t(block) * kLocatedRows * kLanes], cells);
+    }
+
+    // Radiance per irradiance of the surface that the eye sees; beyond mirrors and glass goes the walk.
+    Rgb primary_factor(const HitPacket& packet, int lane) {
+        if (!options_.radiance) return Rgb(1);
+        const uint32_t number = view_.triangles_[packet.triangle[lane]].material;
+        if (view_.plain_[number]) return *view_.plain_[number];
+        const Material& material = view_.scene_.materials[number];
+        const Hit hit = *packet.hit(lane);
+        if (!material.glass && is_black(material.specular))
+            return reflectance(view_.scene_, hit.triangle, hit.b1, hit.b2).diffuse / kPi;
+        const SurfacePoint surface = surface_at(view_.scene_, hit);
+        SpecularWalk<TileBuilder>(view_.scene_, view_.caster_, *this)
+            .leave(surface, direction_of(packet, lane).normalized(), Rgb(1));
+        return surface.diffuse / kPi;
+    }
+
+    static Vec3 direction_of(const HitPacket& packet, int lane) {
+        return {packet.rays.direction[0][lane], packet.rays.direction[1][lane],
+                packet.rays.direction[2][lane]};
+    }
+
+    void add_primary_segment(const HitPacket& packet, int lane) {
+        const Vec3 direction = direction_of(packet, lane);
         const float length = direction.length();
-        tile_.segments.push_back({{rays_.eye(), direction / length},
-                                  hit ? hit->distance * length : std::numeric_limits<float>::infinity(),
-                                  Rgb(1),
-                                  pixel_,
-                                  true});
+        tile_.segments.push_back(
+            {{rays_.eye(), direction / length},
+             packet.is_hit(lane) ? packet.rays.length[lane] * length : std::numeric_limits<float>::infinity(),
+             Rgb(1),
+             pixel_,
+             true});
     }
 
-    void add_point(const Vec3& position, const Vec3& normal, const Vec3& geometric, const Rgb& factor) {
-        const CellGrid& grid = view_.map_.grid;
-        const Vec3d place = (Vec3d(position) - grid.origin) / grid.cell_size - Vec3d(0.5);
-        const Index3 low(int(std::floor(place.x)), int(std::floor(place.y)), int(std::floor(place.z)));
-        const bool outside = low.x < -1 || low.y < -1 || low.z < -1 || low.x >= grid.size.x ||
-                             low.y >= grid.size.y || low.z >= grid.size.z;
-        const uint32_t group =
-            outside ? group_of(Index3(-1), 0) : group_of(low, facing_mask(facing_weights(grid, normal)));
+    // A single point beyond a mirror.
+    void add_point(const SurfacePoint& s, const Rgb& factor) {
+        if (scratch_.spare_lanes == 0) {
+            scratch_.spare_block = add_block();
+            scratch_.spare_lanes = kLanes;
+        }
+        const uint32_t lane = kLanes - scratch_.spare_lanes--;
+        float* row = &scratch_.rows[std::size_t(scratch_.spare_block) * kLocatedRows * kLanes + lane];
+        Index3 low;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float place =
+                (s.position[axis] - view_.grid_.origin[axis]) * view_.grid_.cells_per_metre - 0.5f;
+            low[axis] = int(std::floor(place));
+            row[axis * kLanes] = s.position[axis];
+            row[(3 + axis) * kLanes] = s.shading_normal[axis];
+            row[(6 + axis) * kLanes] = s.geometric_normal[axis];
+            row[(9 + axis) * kLanes] = place - float(low[axis]);
+        }
+        const FacingWeights facing = facing_weights(view_.map_.grid, s.shading_normal);
+        int mask = 0;
+        for (int k = 0; k < kFacingCount; ++k) mask |= int(facing.weight[k] > 0) << k;
+        add_point(scratch_.spare_block * kLanes + lane, low, mask, factor);
+    }
+
+    void add_point(uint32_t slot, const Index3& low, int mask, const Rgb& factor) {
+        const Index3& size = view_.map_.grid.size;
+        const bool outside =
+            low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
+        const uint32_t group = outside ? group_of(Index3(-1), 0) : group_of(low, mask);
         ++scratch_.counts[group];
-        scratch_.points.push_back(
-            {position, normal, geometric, Vec3(place - Vec3d(low)), factor, group, pixel_});
+        scratch_.points.push_back({slot, group, factor, pixel_});
     }
 
     uint32_t group_of(const Index3& low, int mask) {
@@ -198,6 +234,9 @@ class TileBuilder {
                              uint64_t(mask) << 48;
         if (key == last_key_) return last_group_;
         last_key_ = key;
+        Recent& recent = recent_[(key * 0x9e3779b97f4a7c15ull) >> 56];
+        if (recent.key == key) return last_group_ = recent.group;
+        recent.key = key;
         const auto [found, is_new] = scratch_.stencils.try_emplace(key);
         Stencil& stencil = found->second;
         if (is_new) stencil = StencilMaker(view_.map_, low).make(mask);
@@ -207,7 +246,7 @@ class TileBuilder {
             scratch_.groups.push_back(&stencil);
             scratch_.counts.push_back(0);
         }
-        return last_group_ = stencil.group;
+        return last_group_ = recent.group = stencil.group;
     }
 
     // From points in order of pixels to blocks in order of groups.
@@ -227,13 +266,23 @@ class TileBuilder {
             blocks += own;
             weights += std::size_t(own) * entries * kLanes;
         }
-        scratch_.places.assign(blocks * kPlaceRows * kLanes, 0);
+        scratch_.places.resize(blocks * kPlaceRows * kLanes);
         tile_.pixels.assign(blocks * kLanes, kNoPixel);
-        tile_.factors.assign(blocks * 3 * kLanes, 0);
-        tile_.surfaces.assign(options_.surfaces ? blocks * kSurfaceRows * kLanes : 0, 0);
+        tile_.factors.resize(blocks * 3 * kLanes);
+        tile_.surfaces.resize(options_.surfaces ? blocks * kSurfaceRows * kLanes : 0);
         tile_.weights.resize(weights);
+        for (const PointGroup& g : tile_.groups) clear_last_block(g);
         fill_blocks();
         weigh();
+    }
+
+    // Lanes behind the last point are black.
+    void clear_last_block(const PointGroup& group) {
+        const std::size_t block = group.first_block + group.blocks - 1;
+        std::fill_n(&scratch_.places[block * kPlaceRows * kLanes], kPlaceRows * kLanes, 0.0f);
+        std::fill_n(&tile_.factors[block * 3 * kLanes], 3 * kLanes, 0.0f);
+        if (options_.surfaces)
+            std::fill_n(&tile_.surfaces[block * kSurfaceRows * kLanes], kSurfaceRows * kLanes, 0.0f);
     }
 
     void fill_blocks() {
@@ -244,18 +293,18 @@ class TileBuilder {
             last = p.pixel;
             const uint32_t slot = scratch_.next[p.group]++, block = slot / kLanes, lane = slot % kLanes;
             tile_.pixels[slot] = p.pixel;
+            const float* from =
+                &scratch_.rows[std::size_t(p.slot / kLanes) * kLocatedRows * kLanes + p.slot % kLanes];
+            float* place = &scratch_.places[std::size_t(block) * kPlaceRows * kLanes + lane];
+            float* factor = &tile_.factors[std::size_t(block) * 3 * kLanes + lane];
             for (int c = 0; c < 3; ++c) {
-                tile_.factors[(block * 3 + c) * kLanes + lane] = p.factor[c];
-                scratch_.places[(block * kPlaceRows + c) * kLanes + lane] = p.place[c];
-                scratch_.places[(block * kPlaceRows + 3 + c) * kLanes + lane] = p.shading_normal[c];
+                factor[c * kLanes] = p.factor[c];
+                place[c * kLanes] = from[(9 + c) * kLanes];
+                place[(3 + c) * kLanes] = from[(3 + c) * kLanes];
             }
             if (!options_.surfaces) continue;
-            float* row = &tile_.surfaces[block * kSurfaceRows * kLanes + lane];
-            for (int c = 0; c < 3; ++c) {
-                row[c * kLanes] = p.position[c];
-                row[(3 + c) * kLanes] = p.shading_normal[c];
-                row[(6 + c) * kLanes] = p.geometric_normal[c];
-            }
+            float* surface = &tile_.surfaces[std::size_t(block) * kSurfaceRows * kLanes + lane];
+            for (int row = 0; row < kSurfaceRows; ++row) surface[row * kLanes] = from[row * kLanes];
         }
     }
 
@@ -276,6 +325,12 @@ class TileBuilder {
     ViewTile& tile_;
     Scratch& scratch_;
     uint16_t pixel_ = 0;
+    // Stencils that this tile has met, found without the thread's large table.
+    struct Recent {
+        uint64_t key = ~uint64_t{0};
+        uint32_t group = 0;
+    };
+    std::array<Recent, 256> recent_;
     uint64_t last_key_ = ~uint64_t{0};
     uint32_t last_group_ = 0;
 };
@@ -285,12 +340,32 @@ ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const Illu
     : scene_(scene), caster_(caster), map_(map), kernels_(kernels) {
     static std::atomic<uint64_t> generations = 0;
     generation_ = ++generations;
+    const CellGrid& grid = map.grid;
+    grid_ = {{float(grid.origin.x), float(grid.origin.y), float(grid.origin.z)},
+             float(1 / grid.cell_size),
+             kFacingThreshold,
+             grid.facings};
+    for (const Material& m : scene.materials)
+        plain_.push_back(!m.glass && is_black(m.specular) && !m.texture ? std::optional<Rgb>(m.diffuse / kPi)
+                                                                        : std::nullopt);
     const Geometry& g = scene.geometry;
     for (uint32_t t = 0; t < g.triangles.size(); ++t) {
         const auto corners = g.corners(t);
-        triangles_.push_back({corners[0], corners[1] - corners[0], corners[2] - corners[0],
-                              geometric_normal(corners), g.triangles[t].material,
-                              g.normals[g.triangles[t].vertices[0]] != Vec3(0)});
+        const auto& v = g.triangles[t].vertices;
+        const Vec3 flat = geometric_normal(corners), edge1 = corners[1] - corners[0],
+                   edge2 = corners[2] - corners[0];
+        const bool smooth = g.normals[v[0]] != Vec3(0);
+        const Vec3 normal = smooth ? g.normals[v[0]] : flat;
+        const Vec3 bend1 = smooth ? g.normals[v[1]] - normal : Vec3(0),
+                   bend2 = smooth ? g.normals[v[2]] - normal : Vec3(0);
+        TriangleRow row{};
+        row.material = g.triangles[t].material;
+        for (int c = 0; c < 3; ++c) {
+            row.corner[c] = corners[0][c], row.edge1[c] = edge1[c], row.edge2[c] = edge2[c];
+            row.geometric_normal[c] = flat[c], row.normal[c] = normal[c];
+            row.bend1[c] = bend1[c], row.bend2[c] = bend2[c];
+        }
+        triangles_.push_back(row);
     }
 }
 

@@ -63,18 +63,14 @@ class ViewBuilder {
 
   private:
     friend class TileBuilder;
-    // A triangle as hits need it, in one cache line.
-    struct TriangleRecord {
-        Vec3 corner, edge1, edge2, normal;
-        uint32_t material;
-        bool smooth;
-    };
-
     const Scene& scene_;
     const RayCaster& caster_;
     const IlluminationMap& map_;
     const Kernels& kernels_;
-    std::vector<TriangleRecord> triangles_;
+    std::vector<TriangleRow> triangles_;
+    // Per material: radiance per irradiance, where it has neither texture, mirror nor glass.
+    std::vector<std::optional<Rgb>> plain_;
+    GridPlacement grid_;
     uint64_t generation_;
 };
 

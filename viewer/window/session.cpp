@@ -80,6 +80,7 @@ Image Session::linear() {
 
 void Session::render(const Imath::V2i& size) {
     const Stopwatch watch;
+    const bool moved = size != shown_size_ || !(state.camera == shown_.camera);
     if (!is_unlit(state.view)) relighter_.update(state, size);
     shown_ = state;
     shown_size_ = size;
@@ -93,7 +94,7 @@ void Session::render(const Imath::V2i& size) {
         show(linear());
     }
     frame_seconds_ = watch.seconds();
-    if (relighter_.statistics().view_seconds > 0 && size == size_) full_seconds_ = frame_seconds_;
+    if (moved && size == size_) full_seconds_ = frame_seconds_;
     frame_times_.push_back(float(1000 * frame_seconds_));
     if (frame_times_.size() > kFrameTimes) frame_times_.erase(frame_times_.begin());
 }
