@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <pim_version.h>
-#include <sys/resource.h>
 
 #include <cmath>
 #include <iostream>
@@ -12,6 +11,7 @@
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/log.h"
+#include "common/core/memory.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
 #include "common/core/stopwatch.h"
@@ -32,12 +32,6 @@ std::size_t packed_bytes(const IlluminationMap& map) {
             for (const auto& p : box)
                 if (p) bytes += (p->coefficients.size() + p->residuals.size()) * sizeof(float);
     return bytes;
-}
-
-uint64_t peak_memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return uint64_t(usage.ru_maxrss) * 1024;
 }
 
 // Before the work, not after it.

@@ -261,6 +261,7 @@ MapFile::MapFile(const std::filesystem::path& path) : path_(path), stamp_(stamp_
         for (std::size_t b = 0; b < map.lights.back().boxes.size(); ++b)
             terms.push_back(listed_terms(file_, light, b));
     }
+    release_pages();
 }
 
 void MapFile::check_unchanged() const {

@@ -39,6 +39,7 @@ class MapFile {
                     const TermVisitor& visit) const;
     std::vector<float> residuals(std::size_t light, std::size_t box, Component component) const;  // [patch]
     Polynomials polynomials(std::size_t light, std::size_t box, Component component) const;
+    void release_pages() const { file_.release_pages(); }  // see VdbReader
     // Is another file there now? One that was renamed to its place does no harm: this one stays readable.
     enum class Change { none, replaced, overwritten };
     Change change() const;

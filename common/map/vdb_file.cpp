@@ -5,8 +5,10 @@
 #include <openvdb/io/File.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
+#include <sys/mman.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -264,6 +266,21 @@ std::vector<float> VdbReader::values(const std::string& name, const std::vector<
         }
     }
     return values;
+}
+
+void VdbReader::release_pages() const {
+    // OpenVDB keeps its mapping to itself: the kernel knows where it is.
+    std::error_code problem;
+    const std::string file = std::filesystem::canonical(implementation_->path, problem).string();
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; !problem && std::getline(maps, line);) {
+        if (!line.ends_with(" " + file)) continue;
+        std::istringstream range(line);
+        uintptr_t begin = 0, end = 0;
+        char dash = 0;
+        if (range >> std::hex >> begin >> dash >> end)
+            ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);  // NOLINT: an address
+    }
 }
 
 namespace {

@@ -55,6 +55,9 @@ class VdbReader {
     // value). Throws Error: no such grid, or it cannot be read.
     std::vector<float> values(const std::string& name, const std::vector<Index3>& cells, int channels) const;
 
+    // Gives the pages of the mapped file that have been read back to the system; reading goes on as before.
+    void release_pages() const;
+
     // Typed metadata; throws Error naming the file and the key.
     std::string text(const std::string& key) const;
     double number(const std::string& key) const;

@@ -18,7 +18,9 @@ double distance_from(const MapBox& box, const Vec3d& place) {
     return most;
 }
 
-constexpr double kNear = 0.5, kFar = 1.5;  // half widths: read in the background; dropped
+// Half widths of a box: nearer ones are read in the background, farther ones dropped. A box that shares a
+// corner with the lamp's own is always near.
+constexpr double kNear = 2, kFar = 4;
 
 }  // namespace
 
@@ -31,7 +33,6 @@ CoefficientStore::CoefficientStore(const MapFile& map, std::vector<Component> co
 CoefficientStore::~CoefficientStore() = default;
 
 std::shared_ptr<const PackedBox> CoefficientStore::read(std::size_t light, std::size_t box) const {
-    const std::lock_guard lock(reading_);
     auto packed = std::make_shared<PackedBox>();
     PackedBox& p = *packed;
     const std::size_t patches = map_.outline().patches.size();
@@ -54,20 +55,22 @@ std::shared_ptr<const PackedBox> CoefficientStore::read(std::size_t light, std::
         const auto residuals = map_.residuals(light, box, c);
         for (std::size_t i = 0; i < patches; ++i) p.residuals[i] = std::hypot(p.residuals[i], residuals[i]);
     }
+    map_.release_pages();
     return packed;
 }
 
 std::shared_ptr<const PackedBox> CoefficientStore::get(std::size_t light, std::size_t box) {
-    {
+    const auto held = [&] {
         const std::lock_guard lock(mutex_);
-        if (slots_[light][box].box) return slots_[light][box].box;
-    }
+        return slots_[light][box].box;
+    };
+    if (auto packed = held()) return packed;
+    const std::lock_guard one_at_a_time(reading_);
+    if (auto packed = held()) return packed;  // the other thread was reading it
     auto packed = read(light, box);
     const std::lock_guard lock(mutex_);
-    Slot& slot = slots_[light][box];
-    if (!slot.box) slot.box = std::move(packed);
-    slot.wanted = false;
-    return slot.box;
+    slots_[light][box].box = packed;
+    return packed;
 }
 
 void CoefficientStore::plan(std::size_t light, const Vec3d& position) {
@@ -76,7 +79,7 @@ void CoefficientStore::plan(std::size_t light, const Vec3d& position) {
     for (std::size_t b = 0; b < boxes.size(); ++b) {
         const double distance = distance_from(boxes[b], position);
         Slot& slot = slots_[light][b];
-        slot.wanted = !slot.box && distance < kNear;
+        slot.distance = distance;
         if (distance > kFar) slot.box.reset();
     }
     changed_.notify_one();
@@ -84,11 +87,16 @@ void CoefficientStore::plan(std::size_t light, const Vec3d& position) {
 
 void CoefficientStore::work(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    const auto next = [&]() -> std::optional<std::pair<std::size_t, std::size_t>> {
+    const auto next = [&]() -> std::optional<std::pair<std::size_t, std::size_t>> {  // the nearest
+        std::optional<std::pair<std::size_t, std::size_t>> best;
+        double least = kNear;
         for (std::size_t l = 0; l < slots_.size(); ++l)
             for (std::size_t b = 0; b < slots_[l].size(); ++b)
-                if (slots_[l][b].wanted) return std::pair(l, b);
-        return std::nullopt;
+                if (const Slot& s = slots_[l][b]; !s.box && !s.failed && s.distance < least) {
+                    least = s.distance;
+                    best = {l, b};
+                }
+        return best;
     };
     while (changed_.wait(lock, stop, [&] { return next().has_value(); })) {
         const auto [light, box] = *next();
@@ -100,7 +108,7 @@ void CoefficientStore::work(const std::stop_token& stop) {
             problem = e.what();
         }
         lock.lock();
-        slots_[light][box].wanted = false;
+        slots_[light][box].failed = !problem.empty();
         if (!problem.empty()) problem_ = problem;
     }
 }
@@ -123,6 +131,14 @@ std::vector<ActiveBox> CoefficientStore::active(const std::vector<LightState>& l
         }
     }
     return all;
+}
+
+bool CoefficientStore::is_settled() const {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::all_of(slots_, [](const std::vector<Slot>& light) {
+        return std::ranges::all_of(light,
+                                   [](const Slot& s) { return s.box || s.failed || !(s.distance < kNear); });
+    });
 }
 
 std::size_t CoefficientStore::bytes() const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -43,6 +44,8 @@ class CoefficientStore {
     // lamps outside their domain.
     std::vector<ActiveBox> active(const std::vector<LightState>& lights);
 
+    // Is nothing left to read in the background?
+    bool is_settled() const;
     std::size_t bytes() const;  // held in memory now
     std::size_t boxes() const;  // the same, counted
     // What went wrong in the background since the last call; empty: nothing.
@@ -51,7 +54,8 @@ class CoefficientStore {
   private:
     struct Slot {
         std::shared_ptr<const PackedBox> box;
-        bool wanted = false;  // by the background
+        double distance = std::numeric_limits<double>::infinity();  // from the lamp, half widths
+        bool failed = false;                                        // in the background
     };
 
     std::shared_ptr<const PackedBox> read(std::size_t light, std::size_t box) const;
@@ -61,8 +65,8 @@ class CoefficientStore {
 
     const MapFile& map_;
     const std::vector<Component> components_;
-    mutable std::mutex mutex_;    // of slots_, problem_
-    mutable std::mutex reading_;  // of the file
+    mutable std::mutex mutex_;  // of slots_, problem_
+    std::mutex reading_;        // of the file
     std::condition_variable_any changed_;
     std::vector<std::vector<Slot>> slots_;  // [light][box]
     std::string problem_;

@@ -308,7 +308,8 @@ void draw_loading(const std::string& what, float progress, const std::string& pr
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({0.5f * size.x, 0.5f * size.y}, ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSize({std::min(560.0f, size.x), 0});
-    if (ImGui::Begin("pim", nullptr, ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize)) {
+    // A window of its own: the place of one called "pim" would become that of the settings' panel.
+    if (ImGui::Begin("pim###opening", nullptr, ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize)) {
         ImGui::PushTextWrapPos();
         if (problem.empty()) {
             ImGui::TextUnformatted(what.c_str());
