@@ -5,7 +5,6 @@
 #include <imgui.h>
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "viewer/display/panel_input.h"
 
 namespace pim {
 namespace {
@@ -73,20 +73,6 @@ Handle create_window(const std::string& title, int width, int height) {
                             found_opengl(), reason, kWithoutOpenGl));
 }
 
-// Mouse, keyboard and clipboard for the current ImGui context.
-struct PanelInput {
-    explicit PanelInput(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
-    ~PanelInput() {
-        ImGui_ImplGlfw_Shutdown();
-        ImGuiIO& io = ImGui::GetIO();  // which keeps pointers to the window's clipboard
-        io.SetClipboardTextFn = nullptr;
-        io.GetClipboardTextFn = nullptr;
-        io.ClipboardUserData = nullptr;
-    }
-    PanelInput(const PanelInput&) = delete;
-    PanelInput& operator=(const PanelInput&) = delete;
-};
-
 struct Place {
     int x = 0, y = 0, width = 1, height = 1;  // screen coordinates
 };
@@ -126,13 +112,26 @@ GLFWmonitor* monitor_of(const Place& place) {
 struct Window::State {
     Library library;
     Handle window;
-    PanelInput input;
+    PanelInput input;  // goes before the window
     Gl gl;
     Place before_full_screen;
     std::vector<std::filesystem::path> dropped;
 
     State(const std::string& title, int width, int height)
         : window(create_window(title, width, height)), input(window.get()) {}
+
+    static State& of(GLFWwindow* w) { return *static_cast<State*>(glfwGetWindowUserPointer(w)); }
+
+    void connect_input() {
+        glfwSetKeyCallback(window.get(), [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
+            of(w).input.note_key(key, scancode, action, modifiers);
+        });
+        glfwSetMouseButtonCallback(window.get(), [](GLFWwindow* w, int button, int action, int) {
+            of(w).input.note_button(button, action);
+        });
+        glfwSetCursorPosCallback(window.get(),
+                                 [](GLFWwindow* w, double x, double y) { of(w).input.note_mouse(x, y); });
+    }
 };
 
 Window::Window(const std::string& title, int width, int height)
@@ -147,9 +146,10 @@ Window::Window(const std::string& title, int width, int height)
     swap();
     glfwSetWindowUserPointer(window, state_.get());
     glfwSetDropCallback(window, [](GLFWwindow* target, int count, const char** paths) {
-        auto& dropped = static_cast<State*>(glfwGetWindowUserPointer(target))->dropped;
+        auto& dropped = State::of(target).dropped;
         dropped.insert(dropped.end(), paths, paths + count);
     });
+    state_->connect_input();
     // From here on nothing that fails is worth more than a note: a title, the clipboard.
     glfwSetErrorCallback(
         [](int, const char* description) { log_debug(fmt::format("window: {}", description)); });
@@ -163,10 +163,14 @@ bool Window::should_close() const { return glfwWindowShouldClose(state_->window.
 
 void Window::request_close() { glfwSetWindowShouldClose(state_->window.get(), GLFW_TRUE); }
 
-void Window::poll() { glfwPollEvents(); }
+void Window::poll() {
+    state_->input.before_events();
+    glfwPollEvents();
+}
 
 void Window::wait(double seconds) {
-    if (seconds > 0)
+    state_->input.before_events();
+    if (seconds > 0 && (minimised() || !state_->input.is_waiting()))
         glfwWaitEventsTimeout(seconds);
     else
         glfwPollEvents();
@@ -175,7 +179,7 @@ void Window::wait(double seconds) {
 void Window::wake() { glfwPostEmptyEvent(); }
 
 void Window::begin_frame() {
-    ImGui_ImplGlfw_NewFrame();
+    state_->input.begin_frame();
     ImGui::NewFrame();
 }
 

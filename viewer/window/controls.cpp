@@ -18,6 +18,13 @@ Vec2 mouse_place() {
     return {p.x, p.y};
 }
 
+// The handle under the mouse, where handles are drawn.
+std::optional<Handle> handle_at(const Session& session, const Imath::V2i& size, const Vec2& mouse) {
+    if (is_unlit(session.state.view)) return std::nullopt;
+    return pick(session.state.camera, size, session.state.lamps[session.selected].position,
+                session.scene().lights[session.selected].domain, mouse);
+}
+
 // The lamp whose mark is under the mouse.
 std::optional<std::size_t> lamp_at(const Session& session, const Imath::V2i& size, const Vec2& mouse) {
     std::optional<std::size_t> nearest;
@@ -47,7 +54,8 @@ const std::vector<KeyHelp>& key_help() {
         {"wheel", "nearer, farther"},
         {"W A S D, Q E", "walk, down, up (Shift: faster)"},
         {"Home", "camera back to its start"},
-        {"1 ... 9", "views: radiance, irradiance, direct, indirect, density, cells, normals, albedo, trust"},
+        {"1 2 3 4 5", "show radiance, irradiance, direct, indirect, density"},
+        {"6 7 8 9", "show cells, normals, albedo, trust"},
         {"+ -", "exposure by half a stop"},
         {"F1", "this list"},
         {"F2", "panels on and off"},
@@ -81,11 +89,11 @@ void Controls::use_mouse(Session& session, const Imath::V2i& size) {
         if (drag_) session.message.clear();
         drag_.reset();
         moving_camera_ = false;
-        hovered_ = io.WantCaptureMouse ? std::nullopt : pick(camera, size, position, light.domain, mouse);
+        hovered_ = io.WantCaptureMouse ? std::nullopt : handle_at(session, size, mouse);
     }
     if (io.WantCaptureMouse && !drag_ && !moving_camera_) return;
     if (ImGui::IsMouseClicked(0)) {
-        hovered_ = pick(camera, size, position, light.domain, mouse);
+        hovered_ = handle_at(session, size, mouse);
         if (hovered_)
             drag_.emplace(camera, size,
                           Grip{*hovered_, position, light.domain, session.scene().geometry.origin, mouse});

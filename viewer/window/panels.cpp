@@ -24,12 +24,24 @@ constexpr ImU32 kAxisColours[] = {IM_COL32(235, 80, 70, 255), IM_COL32(110, 205,
 
 ImVec2 at(const Vec2& p) { return {p.x, p.y}; }
 
-// Text that is read on any picture.
-void label(ImDrawList& list, const ImVec2& place, ImU32 colour, const std::string& text) {
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+// Text that is read on any picture, in lines that end before `width` (0: one line).
+void label(ImDrawList& list, const ImVec2& place, ImU32 colour, const std::string& text, float width = 0) {
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
     list.AddRectFilled({place.x - 4, place.y - 2}, {place.x + size.x + 4, place.y + size.y + 2}, kShade, 3);
-    list.AddText(place, colour, text.c_str());
+    list.AddText(nullptr, 0, place, colour, text.c_str(), nullptr, width);
 }
+
+// Labels above each other at the picture's lower edge.
+struct LabelStack {
+    ImVec2 place;  // lower left corner of the next
+    float width;
+
+    void add(ImDrawList& list, ImU32 colour, const std::string& text) {
+        place.y -= ImGui::CalcTextSize(text.c_str(), nullptr, false, width).y;
+        label(list, place, colour, text, width);
+        place.y -= 10;
+    }
+};
 
 ImU32 colour_of(const HandleShape& shape, bool is_area) {
     const int alpha = shape.highlighted                                     ? 255
@@ -103,15 +115,22 @@ std::string reading_text(const Reading& r) {
                        r.object.empty() ? "surface" : r.object, r.position.x, r.position.y, r.position.z);
 }
 
-void draw_help(bool& open) {
-    ImGui::SetNextWindowPos({kPanelWidth + 2 * kMargin, kMargin}, ImGuiCond_Appearing);
+// Beside the settings, or over them where the window is small.
+void draw_help(bool& open, const Imath::V2i& size) {
+    constexpr float kColumn = 230, kHelpWidth = 740;
+    const float left = std::clamp(float(size.x) - kHelpWidth - kMargin, kMargin, kPanelWidth + 2 * kMargin);
+    ImGui::SetNextWindowPos({left, kMargin}, ImGuiCond_Appearing);
+    ImGui::SetNextWindowSizeConstraints({0, 0}, {FLT_MAX, std::max(60.0f, float(size.y) - 2 * kMargin)});
     if (ImGui::Begin("Keys and mouse", &open,
-                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse))
+                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
+        ImGui::PushTextWrapPos(std::min(kHelpWidth, float(size.x) - left - 2 * kMargin));
         for (const KeyHelp& help : key_help()) {
             ImGui::TextUnformatted(help.keys);
-            ImGui::SameLine(230);
+            ImGui::SameLine(kColumn);
             ImGui::TextUnformatted(help.what);
         }
+        ImGui::PopTextWrapPos();
+    }
     ImGui::End();
 }
 
@@ -278,13 +297,13 @@ void Panels::draw(Session& session, Controls& controls, const Imath::V2i& size, 
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const bool over_picture = !ImGui::GetIO().WantCaptureMouse && mouse.x >= 0 && mouse.y >= 0 &&
                               mouse.x < float(size.x) && mouse.y < float(size.y);
-    const float bottom = float(size.y) - 28,
-                left = controls.show_panels ? kPanelWidth + 2 * kMargin : kMargin;
+    const float left = controls.show_panels ? kPanelWidth + 2 * kMargin : kMargin;
+    LabelStack labels{{left, float(size.y) - 12}, std::max(120.0f, float(size.x) - left - kMargin)};
+    if (!session.message.empty()) labels.add(list, kAmber, session.message);
     if (over_picture)
         if (const auto reading = session.read({mouse.x / float(size.x), mouse.y / float(size.y)}))
-            label(list, {left, bottom}, kWhite, reading_text(*reading));
-    if (!session.message.empty()) label(list, {left, bottom - 26}, kAmber, session.message);
-    if (controls.show_help) draw_help(controls.show_help);
+            labels.add(list, kWhite, reading_text(*reading));
+    if (controls.show_help) draw_help(controls.show_help, size);
     if (!controls.show_panels) return;
     ImGui::SetNextWindowPos({kMargin, kMargin}, ImGuiCond_Once);
     ImGui::SetNextWindowSize({kPanelWidth, 0}, ImGuiCond_Always);

@@ -78,7 +78,19 @@ Image Session::linear() {
     return image;
 }
 
+// What cannot be shown leaves the last good state, and says why.
 void Session::render(const Imath::V2i& size) {
+    try {
+        render_state(size);
+    } catch (const Error& e) {
+        if (picture_.width == 0 || state == shown_) throw;
+        message = e.what();
+        state = shown_;
+        render_state(size);
+    }
+}
+
+void Session::render_state(const Imath::V2i& size) {
     const Stopwatch watch;
     const bool moved = size != shown_size_ || !(state.camera == shown_.camera);
     if (!is_unlit(state.view)) relighter_.update(state, size);

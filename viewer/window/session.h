@@ -66,6 +66,7 @@ class Session {
 
   private:
     void render(const Imath::V2i& size);
+    void render_state(const Imath::V2i& size);
     void show(const Image& linear);
     void sharpen();
     void watch_file(double now);
