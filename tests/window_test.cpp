@@ -4,19 +4,12 @@
 
 #include <gtest/gtest.h>
 #include <imgui.h>
-#include <poll.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <optional>
 #include <thread>
-#include <utility>
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -26,101 +19,13 @@
 #include "viewer/display/display.h"
 #include "viewer/display/imgui_context.h"
 #include "viewer/display/offscreen.h"
+#include "xvfb.h"
 
 // Mesa's driver leaks and is unloaded with the window: its leaks have no name left by which to except them.
 extern "C" int __lsan_is_turned_off() { return 1; }  // NOLINT(bugprone-reserved-identifier)
 
 namespace pim {
 namespace {
-
-// A program beside the test, ended with it.
-class Companion {
-  public:
-    // `inherited`: a file descriptor that only the program keeps open, or -1.
-    explicit Companion(std::vector<std::string> arguments, int inherited = -1) {
-        std::vector<char*> argv;
-        for (std::string& argument : arguments) argv.push_back(argument.data());
-        argv.push_back(nullptr);
-        pid_ = ::fork();
-        if (pid_ == 0) {
-            ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // also when the test is killed
-            ::execvp(argv[0], argv.data());
-            ::_exit(127);
-        }
-        if (inherited >= 0) ::close(inherited);
-    }
-    ~Companion() {
-        if (pid_ <= 0) return;
-        ::kill(pid_, SIGTERM);
-        ::waitpid(pid_, nullptr, 0);
-    }
-    Companion(const Companion&) = delete;
-    Companion& operator=(const Companion&) = delete;
-
-    // Ends it.
-    bool was_not_installed() {
-        int status = 0;
-        ::kill(pid_, SIGTERM);
-        ::waitpid(std::exchange(pid_, -1), &status, 0);
-        return WIFEXITED(status) && WEXITSTATUS(status) == 127;
-    }
-
-  private:
-    pid_t pid_ = -1;
-};
-
-bool readable(int descriptor, int milliseconds) {
-    pollfd request{descriptor, POLLIN, 0};
-    return ::poll(&request, 1, milliseconds) > 0;
-}
-
-// The line that Xvfb writes when it is ready; empty if it ends or takes half a minute.
-std::string first_line(int descriptor) {
-    std::string line;
-    char c = 0;
-    while (readable(descriptor, 30000) && ::read(descriptor, &c, 1) == 1 && c != '\n') line += c;
-    return c == '\n' ? line : "";
-}
-
-// A virtual monitor; DISPLAY leads to it.
-class VirtualDisplay {
-  public:
-    explicit VirtualDisplay(const std::vector<std::string>& options) {
-        int ends[2];
-        if (::pipe(ends) != 0) throw Error("no pipe");
-        std::vector<std::string> arguments{"Xvfb",      "-displayfd", std::to_string(ends[1]),
-                                           "-screen",   "0",          "1280x800x24",
-                                           "-nolisten", "tcp",        "-noreset"};
-        arguments.insert(arguments.end(), options.begin(), options.end());
-        server_.emplace(arguments, ends[1]);
-        const std::string number = first_line(ends[0]);
-        ::close(ends[0]);
-        if (number.empty()) {
-            installed_ = !server_->was_not_installed();
-            return;
-        }
-        ::setenv("DISPLAY", (":" + number).c_str(), 1);
-        ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-        ::unsetenv("WAYLAND_DISPLAY");
-        runs_ = true;
-    }
-    ~VirtualDisplay() { ::unsetenv("DISPLAY"); }
-    VirtualDisplay(const VirtualDisplay&) = delete;
-    VirtualDisplay& operator=(const VirtualDisplay&) = delete;
-
-    bool installed() const { return installed_; }
-    bool runs() const { return runs_; }
-
-  private:
-    std::optional<Companion> server_;
-    bool installed_ = true, runs_ = false;
-};
-
-#define START_DISPLAY(display, ...)                                                        \
-    const VirtualDisplay display({__VA_ARGS__});                                           \
-    if (!display.installed())                                                              \
-        GTEST_SKIP() << "Xvfb is not installed (Debian package xvfb): no window can open"; \
-    ASSERT_TRUE(display.runs()) << "Xvfb does not start"
 
 Rgba8Image test_picture(const Imath::V2i& size) {
     Rgba8Image image(size.x, size.y);
@@ -133,14 +38,6 @@ Rgba8Image test_picture(const Imath::V2i& size) {
             t[3] = 255;
         }
     return image;
-}
-
-// Whether a file of that name is there within ten seconds.
-bool appears(const std::filesystem::path& file) {
-    const Stopwatch watch;
-    while (!std::filesystem::exists(file) && watch.seconds() < 10)
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    return std::filesystem::exists(file);
 }
 
 // Whether the picture comes back from the window's back buffer as it was.
@@ -234,13 +131,7 @@ TEST(Window, FullScreenAndBack) {
 
 TEST(Window, MinimisedDrawsNothingAndComesBack) {
     START_DISPLAY(screen);
-    // A window that opens while the manager does can wait for ever in GLFW 3.3 for a sign of being visible.
-    const TemporaryFolder folder;
-    Companion manager({"openbox", "--sm-disable", "--startup", "touch " + (folder / "ready").string()});
-    if (!appears(folder / "ready")) {
-        ASSERT_TRUE(manager.was_not_installed()) << "openbox does not start";
-        GTEST_SKIP() << "openbox is not installed (Debian package openbox): nothing minimises windows";
-    }
+    START_WINDOW_MANAGER(manager);
     const ImguiContext panels;
     Window window("pim", 320, 200);
     Display display(window.gl());
@@ -355,7 +246,7 @@ TEST(WindowErrors, DisplayThatDoesNotAnswer) {
 }
 
 TEST(WindowErrors, DisplayWithoutOpenGl) {
-    START_DISPLAY(screen, "-extension", "GLX");
+    START_DISPLAY(screen, .more = {"-extension", "GLX"});
     const std::string message = message_of_window();
     for (const char* word : {"OpenGL 4.1", "offers none", "--output"})
         EXPECT_NE(message.find(word), std::string::npos) << message;

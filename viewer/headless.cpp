@@ -95,7 +95,10 @@ Image sampled(Relighter& relighter, const ViewState& state, const Imath::V2i& si
     relighter.update(state, size);
     Image sum = relighter.linear();
     for (int pass = 1; pass < samples; ++pass) relighter.add_pass(pass, sum);
-    for (Rgb& pixel : sum.pixels) pixel /= float(samples);
+    for (Rgb& pixel : sum.pixels) {
+        pixel /= float(samples);
+        if (state.view == View::density) pixel = Rgb(luminance(pixel));
+    }
     return sum;
 }
 
@@ -111,7 +114,7 @@ void render_still(const Arguments& a) {
     std::vector<double> seconds;
     const Image image = timed_picture(baked, caster, picture, seconds);
     const float exposure = exposure_of(picture.state, image);
-    write_picture(a.output, image, picture.state, exposure);
+    write_picture(a.output, image, picture.state, {exposure});
     log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", a.output.string(), image.width,
                          image.height, seconds[0], std::log2(exposure)));
     if (!a.stats) return;
@@ -129,7 +132,7 @@ void render_still(const Arguments& a) {
 void render_film(const Arguments& a) {
     const MapFile map(a.map);
     const Scene scene = scene_of(map.outline(), a.map, a.geometry);
-    ViewState base = parse_state(a, scene, map.outline());
+    const ViewState base = parse_state(a, scene, map.outline());
     const Imath::V2i size = parse_size(a, base.camera);
     const Animation animation = read_animation(a.paths, scene);
     const int count = animation.frame_count(a.frames_per_second);
@@ -145,17 +148,19 @@ void render_film(const Arguments& a) {
                    ? render_unlit(state.view, scene, map.outline(), caster, state.camera, size, a.samples)
                    : sampled(relighter, state, size, a.samples);
     };
-    // One exposure for the whole film: that of its first frame.
-    if (base.automatic_exposure && !missing.empty()) {
+    // One exposure, and one scale of false colours, for the whole film: what fits its first frame.
+    Exposure exposure{std::exp2(base.exposure)};
+    if (!missing.empty() && (base.automatic_exposure || !shows_radiance(base.view))) {
         ViewState first;
-        base.exposure = std::log2(automatic_exposure(render(0, first)));
-        base.automatic_exposure = false;
+        const Image image = render(0, first);
+        if (base.automatic_exposure) exposure.factor = automatic_exposure(image);
+        exposure.scale = fitting_scale(base.view, image);
     }
     Progress progress("rendering frames", missing.size());
     for (const int frame : missing) {
         ViewState state;
         const Image image = render(frame, state);
-        write_picture(frame_name(a.output, frame), image, state, std::exp2(state.exposure));
+        write_picture(frame_name(a.output, frame), image, state, exposure);
         record_frame(a.output, frame);
         progress.advance();
     }

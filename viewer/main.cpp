@@ -24,7 +24,7 @@ void add_state_options(CLI::App& app, Arguments& a) {
     app.add_option("--target", a.target, "x,y,z: where it looks");
     app.add_option("--up", a.up, "x,y,z: what is up in the picture");
     app.add_option("--fov", a.fov, "vertical field of view, degrees");
-    app.add_option("--size", a.size, "WxH in pixels (default: the camera's)");
+    app.add_option("--size", a.size, "WxH in pixels (default: the camera's; with panels 1280x800)");
     app.add_option("--direct", a.direct, "traced, baked or none (default: baked where the map holds it)");
     app.add_option("--indirect", a.indirect, "baked or none");
     app.add_option("--view", a.view,
@@ -48,7 +48,6 @@ void add_job_options(CLI::App& app, Arguments& a) {
                    "film: CSV of lamps' keys or camera keys (may be given twice); --output frame_%04d.png")
         ->allow_extra_args(false);
     app.add_option("--fps", a.frames_per_second, "of a film")
-        ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_flag("--overwrite", a.overwrite, "a film begins anew");
     app.add_option("--probe", a.probe, "CSV of points x,y,z,nx,ny,nz: writes their irradiance to stdout");
@@ -67,7 +66,25 @@ void add_options(CLI::App& app, Arguments& a, CommonOptions& common) {
     app.add_option("--log-level", common.log_level, "debug, info, warning, error or off");
 }
 
+// An option that the job would not heed is refused.
+void check_jobs(const Arguments& a) {
+    const bool measures = a.benchmark || a.probe, film = !a.paths.empty() && !a.output.empty() && !a.panels;
+    const auto refuse = [](bool given, const char* what) {
+        if (given) throw UsageError(what);
+    };
+    refuse(a.benchmark && a.probe, "--benchmark, --probe: one at a time");
+    refuse(measures && !a.output.empty(), "--output: --benchmark and --probe write to stdout");
+    refuse(measures && !a.paths.empty(), "--path: belongs to a film or the window");
+    const bool still = !measures && !film && !a.panels && !a.output.empty();
+    refuse(!still && a.integrator != "polynomial", "--integrator: of a single picture without --ui only");
+    refuse(!still && a.volume, "--volume: of a single picture without --ui only");
+    refuse(!still && a.stats, "--stats: of a single picture without --ui only");
+    refuse(!film && a.overwrite, "--overwrite: of a film only");
+    parse_vector_unit(a);
+}
+
 void run(const Arguments& a) {
+    check_jobs(a);
     if (a.benchmark) return print_benchmark(a);
     if (a.probe) return print_probe(a);
     if (a.output.empty() && a.panels)

@@ -13,7 +13,6 @@
 #include "common/render/light_image.h"
 #include "common/render/path_radiance.h"
 #include "viewer/cell_view.h"
-#include "viewer/tone/false_colour.h"
 #include "viewer/tone/tone_curve.h"
 
 namespace pim {
@@ -150,19 +149,24 @@ Image render_picture(const BakedScene& baked, const RayCaster& caster, const Pic
     });
 }
 
+std::optional<Scale> fitting_scale(View view, const Image& linear) {
+    if (view == View::irradiance) return automatic_scale(linear, false, "W/m²");
+    if (view == View::trust) return automatic_scale(linear, false, "");
+    return std::nullopt;
+}
+
 void write_picture(const std::filesystem::path& path, const Image& linear, const ViewState& state,
-                   float exposure) {
+                   const Exposure& exposure) {
     write_image(path, path.extension() == ".png" ? displayed(linear, state, exposure) : linear, 1);
 }
 
-Image displayed(const Image& linear, const ViewState& state, float exposure) {
-    const View view = state.view;
-    if (is_unlit(view)) return linear;
-    if (view == View::irradiance) return false_colours(linear, automatic_scale(linear, false, "W/m²"));
-    if (view == View::trust) return false_colours(linear, automatic_scale(linear, false, ""));
+Image displayed(const Image& linear, const ViewState& state, const Exposure& exposure) {
+    if (is_unlit(state.view)) return linear;
+    const auto scale = exposure.scale ? exposure.scale : fitting_scale(state.view, linear);
+    if (scale) return false_colours(linear, *scale);
     Image image = linear;
     for (Rgb& pixel : image.pixels)
-        for (int c = 0; c < 3; ++c) pixel[c] = apply(state.tone_curve, exposure * pixel[c]);
+        for (int c = 0; c < 3; ++c) pixel[c] = apply(state.tone_curve, exposure.factor * pixel[c]);
     return image;
 }
 

@@ -8,6 +8,7 @@
 #include "common/core/image.h"
 #include "common/map/baked_scene.h"
 #include "common/render/map_radiance.h"
+#include "viewer/tone/false_colour.h"
 #include "viewer/view_state.h"
 
 namespace pim {
@@ -34,12 +35,21 @@ Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, co
 // lamps of 1 W. Throws Error: damaged, or of another map.
 std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::path& file);
 
+// Of the false colours in which views that measure are shown; none for the others.
+std::optional<Scale> fitting_scale(View view, const Image& linear);
+
+// From linear values to a display.
+struct Exposure {
+    float factor = 1;
+    std::optional<Scale> scale = {};  // of false colours; absent: fits the picture
+};
+
 // What a display shows of a linear picture of that view, sRGB still to be applied: views that measure are in
 // false colours, lit ones exposed and curved.
-Image displayed(const Image& linear, const ViewState& state, float exposure);
+Image displayed(const Image& linear, const ViewState& state, const Exposure& exposure);
 
 // .exr: the linear picture; .png: what a display shows. Throws Error.
 void write_picture(const std::filesystem::path& path, const Image& linear, const ViewState& state,
-                   float exposure);
+                   const Exposure& exposure);
 
 }  // namespace pim

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/map/map_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <pim_version.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <set>
@@ -229,13 +231,21 @@ void write_map(const std::filesystem::path& path, const IlluminationMap& map) {
     });
 }
 
-MapFile::Stamp MapFile::stamp_of(const std::filesystem::path& path) {
+MapFile::Descriptor::Descriptor(const std::filesystem::path& path)
+    : number(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+
+MapFile::Descriptor::~Descriptor() {
+    if (number >= 0) ::close(number);
+}
+
+MapFile::Stamp MapFile::stamp_of_opened() const {
     struct stat s {};
-    if (::stat(path.c_str(), &s) != 0) return {};
+    if (::fstat(opened_.number, &s) != 0) return {};
     return {s.st_ino, uint64_t(s.st_size), s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
 }
 
-MapFile::MapFile(const std::filesystem::path& path) : path_(path), stamp_(stamp_of(path)), file_(path) {
+MapFile::MapFile(const std::filesystem::path& path)
+    : path_(path), opened_(path), stamp_(stamp_of_opened()), file_(path) {
     check_complete(file_, path);
     IlluminationMap& map = outline_;
     map.origin = file_.vector("origin");
@@ -311,9 +321,10 @@ Polynomials MapFile::polynomials(std::size_t light, std::size_t box, Component c
 }
 
 MapFile::Change MapFile::change() const {
-    const Stamp now = stamp_of(path_);
-    if (now == stamp_) return Change::none;
-    return now.inode == stamp_.inode ? Change::overwritten : Change::replaced;
+    if (stamp_of_opened() != stamp_) return Change::overwritten;
+    struct stat named {};
+    const bool same = ::stat(path_.c_str(), &named) == 0 && named.st_ino == stamp_.inode;
+    return same ? Change::none : Change::replaced;
 }
 
 IlluminationMap read_map(const std::filesystem::path& path) {

@@ -50,12 +50,21 @@ class MapFile {
         int64_t seconds = 0, nanoseconds = 0;
         bool operator==(const Stamp&) const = default;
     };
-    static Stamp stamp_of(const std::filesystem::path& path);
+    // Keeps the file that was opened, whatever becomes of its name.
+    struct Descriptor {
+        int number;
+        explicit Descriptor(const std::filesystem::path& path);
+        ~Descriptor();
+        Descriptor(const Descriptor&) = delete;
+        Descriptor& operator=(const Descriptor&) = delete;
+    };
+    Stamp stamp_of_opened() const;
     void check_unchanged() const;
     template <class Visit>
     void for_each_slot(std::size_t light, std::size_t box, Component component, Visit visit) const;
 
     std::filesystem::path path_;
+    Descriptor opened_;
     Stamp stamp_;
     VdbReader file_;
     IlluminationMap outline_;

@@ -76,13 +76,16 @@ std::shared_ptr<const PackedBox> CoefficientStore::get(std::size_t light, std::s
 void CoefficientStore::plan(std::size_t light, const Vec3d& position) {
     const auto& boxes = map_.outline().lights[light].boxes;
     const std::lock_guard lock(mutex_);
-    for (std::size_t b = 0; b < boxes.size(); ++b) {
-        const double distance = distance_from(boxes[b], position);
-        Slot& slot = slots_[light][b];
-        slot.distance = distance;
-        if (distance > kFar) slot.box.reset();
-    }
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+        slots_[light][b].distance = distance_from(boxes[b], position);
     changed_.notify_one();
+}
+
+void CoefficientStore::drop_far() {
+    const std::lock_guard lock(mutex_);
+    for (auto& light : slots_)
+        for (Slot& slot : light)
+            if (slot.distance > kFar) slot.box.reset();
 }
 
 void CoefficientStore::work(const std::stop_token& stop) {
@@ -130,6 +133,7 @@ std::vector<ActiveBox> CoefficientStore::active(const std::vector<LightState>& l
             for (const int term : active.box->terms) active.monomials.push_back(m[term]);
         }
     }
+    drop_far();  // last: where reading fails, the light before can still be shown
     return all;
 }
 

@@ -41,7 +41,7 @@ class CoefficientStore {
 
     // Boxes that make the light of these lamps, those of lamps without power left out. Reads what is missing,
     // has neighbours read in the background and drops boxes that are far. Throws Error, and UsageError for
-    // lamps outside their domain.
+    // lamps outside their domain; then nothing is dropped.
     std::vector<ActiveBox> active(const std::vector<LightState>& lights);
 
     // Is nothing left to read in the background?
@@ -61,6 +61,7 @@ class CoefficientStore {
     std::shared_ptr<const PackedBox> read(std::size_t light, std::size_t box) const;
     std::shared_ptr<const PackedBox> get(std::size_t light, std::size_t box);
     void plan(std::size_t light, const Vec3d& position);
+    void drop_far();
     void work(const std::stop_token& stop);
 
     const MapFile& map_;

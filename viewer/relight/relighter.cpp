@@ -23,11 +23,14 @@ bool same_view(const Camera& a, const Camera& b) {
     return a.eye == b.eye && a.target == b.target && a.up == b.up && a.vertical_fov == b.vertical_fov;
 }
 
-// A well-spread sequence in [0,1)² (Roberts 2018), the middle first.
-Vec2 offset_of_pass(int pass) {
-    const double n = pass, x = 0.5 + n * 0.7548776662466927, y = 0.5 + n * 0.5698402909980532;
+// A well-spread sequence in [0,1)⁴ (Roberts 2018: powers of the root of x⁵ = x + 1), the middle first: two
+// coordinates for the place in the pixel, two for that on a lamp, so that all pairs of places occur.
+Vec2 spread(int pass, double step_x, double step_y) {
+    const double x = 0.5 + pass * step_x, y = 0.5 + pass * step_y;
     return {float(x - std::floor(x)), float(y - std::floor(y))};
 }
+Vec2 offset_of_pass(int pass) { return spread(pass, 0.8566748838545029, 0.7338918566271260); }
+Vec2 lamp_place_of_pass(int pass) { return spread(pass, 0.6287067210378087, 0.5385972572236101); }
 
 // Hash of a pixel, uniform in [0,1)²: neighbouring pixels look at other places of a lamp.
 Vec2 pixel_noise(uint32_t x, uint32_t y) {
@@ -202,7 +205,7 @@ void Relighter::trace_lamp(const ViewTile& tile, std::size_t lamp, int pass,
     const int rows = shape ? kShadowRows : 1;
     const float scale = shape ? 1 / (kPi * float(rows * rows)) : 1 / (4 * kPi);
     const Vec3& centre = lights_[lamp].position;
-    const Vec2 turn = offset_of_pass(pass);
+    const Vec2 turn = lamp_place_of_pass(pass);
     terms.assign(tile.block_count() * kLanes, 0);
     alignas(64) float targets[3 * kLanes], term[kLanes];
     RayPacket packet;
@@ -290,9 +293,12 @@ void Relighter::add_tile(const ViewTile& tile, const LampTerms& terms, const Cor
     add_lamps(tile, corner);
 }
 
-// A lamp seen straight hides what is behind it; seen in a mirror it is added to that, which it outshines.
+// A lamp seen straight hides what is behind it, mirrors too; seen in a mirror it is added to that, which it
+// outshines.
 void Relighter::add_lamps(const ViewTile& tile, const Corner<Rgb>& corner) const {
+    uint16_t hidden = kNoPixel;  // a pixel's segments follow its primary one
     for (const Segment& s : tile.segments) {
+        if (s.pixel == hidden) continue;
         float nearest = s.until;
         std::optional<Rgb> radiance;
         for (std::size_t l = 0; l < lights_.size(); ++l) {
@@ -306,6 +312,7 @@ void Relighter::add_lamps(const ViewTile& tile, const Corner<Rgb>& corner) const
         if (!radiance) continue;
         Rgb& pixel = corner.at(s.pixel);
         pixel = s.primary ? *radiance : pixel + *radiance * s.throughput;
+        if (s.primary) hidden = s.pixel;
     }
 }
 

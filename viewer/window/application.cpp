@@ -49,6 +49,10 @@ class Opening {
     std::future<std::unique_ptr<Session>> result_;
 };
 
+Imath::V2i first_size(const Arguments& arguments) {
+    return arguments.size.empty() ? Imath::V2i(1280, 800) : parse_size(arguments, {});
+}
+
 Image decoded(const Rgba8Image& shot) {
     Image image(shot.width, shot.height);
     for (int y = 0; y < shot.height; ++y)
@@ -61,7 +65,7 @@ class Application {
   public:
     explicit Application(const Arguments& arguments)
         : arguments_(arguments),
-          window_("pim", 1280, 800),
+          window_("pim", first_size(arguments).x, first_size(arguments).y),
           display_(window_.gl()),
           panels_([this](const std::string& text) { window_.set_clipboard(text); }) {
         imgui_.set_scale(window_.panel_scale());
@@ -186,8 +190,7 @@ void render_panels(const Arguments& arguments) {
     if (arguments.output.extension() != ".png") throw UsageError("--ui: the picture is written as .png");
     check_output(arguments.output);
     Session session(arguments, [](float, const char*) {});
-    const Imath::V2i size =
-        arguments.size.empty() ? Imath::V2i(1280, 800) : parse_size(arguments, session.state.camera);
+    const Imath::V2i size = first_size(arguments);
     ImguiContext imgui;
     Offscreen offscreen(size.x, size.y);
     Display display(offscreen.gl());

@@ -26,8 +26,6 @@ void to_grey(Image& image) {
     for (Rgb& pixel : image.pixels) pixel = Rgb(luminance(pixel));
 }
 
-bool is_measured(View view) { return view == View::irradiance || view == View::trust; }
-
 }  // namespace
 
 Session::Session(const Arguments& arguments, const std::function<void(float, const char*)>& stage)
@@ -98,6 +96,7 @@ void Session::render_state(const Imath::V2i& size) {
     shown_size_ = size;
     passes_ = 1;
     next_tile_ = 0;
+    if (shows_radiance(state.view)) scale_.reset();
     if (picture_.width != size.x || picture_.height != size.y) picture_ = Rgba8Image(size.x, size.y);
     if (shows_radiance(state.view) && (measured_ || !state.automatic_exposure)) {
         exposure_ = state.automatic_exposure ? exposure_ : std::exp2(state.exposure);
@@ -115,9 +114,7 @@ void Session::render_state(const Imath::V2i& size) {
 void Session::show(const Image& linear) {
     auto* rgba = reinterpret_cast<uint32_t*>(picture_.rgba.data());
     if (!measured_) {
-        scale_.reset();
-        if (is_measured(state.view))
-            scale_ = automatic_scale(linear, false, state.view == View::trust ? "" : "W/m²");
+        scale_ = fitting_scale(state.view, linear);
         if (state.automatic_exposure) exposure_ = is_unlit(state.view) ? 1 : automatic_exposure(linear);
         measured_ = true;
     }
@@ -200,7 +197,7 @@ std::optional<Reading> Session::read(const Vec2& place) {
 void Session::save_picture(const std::filesystem::path& path) {
     const Image image = passes_ > 1 ? mean_ : linear();
     for (const char* extension : {".exr", ".png"})
-        write_picture(std::filesystem::path(path).replace_extension(extension), image, shown_, exposure_);
+        write_picture(std::filesystem::path(path).replace_extension(extension), image, shown_, {exposure_, scale_});
 }
 
 void Session::save_setup(const std::filesystem::path& path) const { pim::save_setup(path, scene_, state); }
