@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/density.h"
 
-#include "bake/photon_map.h"
 #include "common/core/parallel.h"
+#include "common/render/photon_tree.h"
 
 namespace pim {
 namespace {
@@ -134,14 +134,14 @@ void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vect
     const double disk = double(kPi) * radius * radius, emitted = double(scene.bake.photons);
     std::vector<Vec3> positions;
     for (const StoredPhoton& photon : photons) positions.push_back(photon.position);
-    const PhotonMap map(positions);
+    const PhotonTree tree(positions);
     for (const Component c : scene.bake.components) {
         volume.components[int(c)].density.resize(cells.patches.size());
         volume.components[int(c)].variance.resize(cells.patches.size());
     }
     for (std::size_t p = 0; p < cells.patches.size(); ++p) {
         std::array<SphereSums, kComponentCount> sums;
-        for (const std::size_t i : map.within(cells.grid.centre(cells.patches[p].cell), radius))
+        for (const std::size_t i : tree.within(cells.grid.centre(cells.patches[p].cell), radius))
             sums[int(photons[i].component)].add(
                 photons[i].flux, photons[i].facing.weight[cells.patches[p].slot % kFacingCount]);
         for (const Component c : scene.bake.components) {

@@ -149,6 +149,42 @@ TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
         EXPECT_TRUE(json.contains(key)) << key;
 }
 
+TEST(EndToEnd, RivalsOfTheMap) {
+    const std::string map = map_path("rivals"), out = " --output " + (test_folder() / "r").string();
+    ASSERT_EQ(run("bake run " + description("rivals") + " -o " + map).code, 0);
+    const auto picture = [&](const std::string& name, const std::string& options) {
+        const Outcome outcome = run("viewer " + map + out + name + ".exr " + options);
+        EXPECT_EQ(outcome.code, 0) << outcome.text;
+        return read_text(test_folder() / ("r" + name + ".exr"));
+    };
+    const std::string photons = "--integrator photon_map --photons 5000 ";
+    const std::string one = picture("1", photons + "--threads 1");
+    EXPECT_EQ(one, picture("2", photons + "--threads 2"));
+    EXPECT_EQ(one, picture("4", photons + "--threads 4"));
+    EXPECT_EQ(picture("w1", "--integrator whitted --threads 1"),
+              picture("w4", "--integrator whitted --threads 4"));
+    EXPECT_EQ(picture("w", "--integrator whitted"), picture("d", photons + "--indirect none"));
+    for (const char* options :
+         {"--gather 4", "--direct baked --nearest 20", "--view indirect", "--direct none"})
+        EXPECT_NE(one, picture("o", photons + options)) << options;
+    const fs::path stats = test_folder() / "rivals.json";
+    picture("s", photons + "--stats " + stats.string());
+    const auto json = nlohmann::json::parse(read_text(stats));
+    const double parts = double(json.at("photon_seconds")) + double(json.at("tree_seconds")) +
+                         double(json.at("render_seconds"));
+    EXPECT_LE(parts, double(json.at("frame_seconds")));
+    EXPECT_GT(parts, 0.5 * double(json.at("frame_seconds")));
+    const std::string refused = "viewer " + map + out + ".exr ";
+    expect_failure(refused + "--integrator magic", 2, {"magic", "photon_map", "whitted"});
+    expect_failure(refused + "--photons 100", 2, {"--photons", "photon_map"});
+    expect_failure(refused + "--integrator photon_map --nearest 1", 2, {"--nearest"});
+    expect_failure(refused + photons + "--gather 4 --direct baked", 2, {"--gather", "--direct"});
+    expect_failure(refused + photons + "--view irradiance", 2, {"--view", "photon_map"});
+    expect_failure(refused + "--integrator whitted --direct baked", 2, {"--direct baked", "whitted"});
+    expect_failure(refused + "--integrator whitted --view indirect", 2, {"whitted", "indirect"});
+    expect_failure("viewer " + map + " --benchmark --integrator whitted", 2, {"--integrator", "--output"});
+}
+
 TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
     expect_failure("bake run /nowhere/scene.toml", 1, {"/nowhere/scene.toml"});
     expect_failure("bake run " + description("no_geometry", "", "nowhere.obj"), 1,

@@ -480,7 +480,7 @@ struct LampsBeforeAMirror {
         add_quad(scene, {1.999f, 0, 0}, {0, 0, 2}, {0, 2, 0}, 1);
         scene.lights = {rectangle_lamp({1.2f, 1, 1}, {0.5f, 0.3f}, {-1, 0, 0}, Rgb(3, 2, 1)),
                         rectangle_lamp({1.2f, 1, 1}, {1.6f, 0.3f}, {1, 0, 0}, Rgb(5, 7, 9))};
-        scene.lights.push_back(rectangle_lamp({1.5f, 0.7f, 1}, {0.8f, 0.9f}, {-1, 0, 0}, Rgb(1, 2, 9)));
+        scene.lights.push_back(rectangle_lamp({1.5f, 0.6f, 1}, {0.8f, 0.6f}, {-1, 0, 0}, Rgb(1, 2, 9)));
         scene.lights[1].name = "back", scene.lights[2].name = "behind";
         scene.cameras.emplace_back();
         return scene;

@@ -80,9 +80,23 @@ void place_camera(const Arguments& a, const Scene& scene, Camera& camera) {
         throw UsageError("--eye, --target, --up: must not lie on one line");
 }
 
+// Whatever the map holds: rivals do not look at it.
+void choose_parts_of_rival(const Arguments& a, ViewState& state) {
+    const bool whitted = parse_integrator(a) == Integrator::whitted;
+    if (a.direct.empty() && state.direct == DirectLight::baked) state.direct = DirectLight::traced;
+    if (whitted && state.direct == DirectLight::baked)
+        throw UsageError("--direct baked: the whitted integrator traces it; allowed: traced, none");
+    if (whitted && (a.indirect == "baked" || state.view == View::indirect))
+        throw UsageError("the whitted integrator has no indirect light");
+    if (!a.indirect.empty() && a.indirect != "baked" && a.indirect != "none")
+        throw UsageError(fmt::format("--indirect: '{}' is unknown; allowed: baked, none", a.indirect));
+    state.indirect = !whitted && a.indirect != "none";
+}
+
 void choose_parts(const Arguments& a, const IlluminationMap& map, ViewState& state) {
     if (!a.view.empty()) state.view = parse_view(a.view);
     if (!a.direct.empty()) state.direct = parse_direct_light(a.direct);
+    if (is_rival(parse_integrator(a))) return choose_parts_of_rival(a, state);
     if (state.direct == DirectLight::baked && !map.has(Component::direct))
         throw UsageError(
             "--direct baked: the map lacks the direct part; bake with components = [\"direct\", "
@@ -125,6 +139,35 @@ Imath::V2i parse_size(const Arguments& a, const Camera& camera) {
     if (w < 1 || h < 1 || w > 32768 || h > 32768 || w != std::floor(w) || h != std::floor(h))
         throw UsageError(fmt::format("--size: '{}' must be whole numbers from 1 to 32768", a.size));
     return {int(w), int(h)};
+}
+
+Integrator parse_integrator(const Arguments& a) {
+    static const std::pair<const char*, Integrator> kNames[] = {{"polynomial", Integrator::polynomial},
+                                                                {"photon_map", Integrator::photon_map},
+                                                                {"whitted", Integrator::whitted},
+                                                                {"path", Integrator::path}};
+    for (const auto& [name, integrator] : kNames)
+        if (a.integrator == name) return integrator;
+    throw UsageError(fmt::format(
+        "--integrator: '{}' is unknown; allowed: polynomial, photon_map, whitted, path", a.integrator));
+}
+
+PhotonMapOptions parse_photon_map(const Arguments& a, const Scene& scene, const ViewState& state) {
+    PhotonMapOptions options;
+    if (parse_integrator(a) != Integrator::photon_map && (a.photons || a.nearest || a.gather))
+        throw UsageError("--photons, --nearest, --gather: need --integrator photon_map");
+    if (parse_integrator(a) != Integrator::photon_map) return options;
+    options.photons_per_lamp = a.photons.value_or(scene.bake.photons);
+    if (options.photons_per_lamp > kMostPhotons)
+        throw UsageError(fmt::format("--photons: {} as baked are too many for a photon map; give at most {}",
+                                     options.photons_per_lamp, kMostPhotons));
+    if (a.nearest) options.nearest = *a.nearest;
+    if (a.gather) options.gather = *a.gather;
+    options.direct = direct_part(state);
+    options.indirect = indirect_part(state);
+    if (options.gather > 0 && options.direct == DirectLight::baked)
+        throw UsageError("--gather: direct light cannot be gathered; --direct must be traced or none");
+    return options;
 }
 
 VectorUnit parse_vector_unit(const Arguments& a) {

@@ -7,10 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "common/render/photon_radiance.h"
+#include "viewer/picture.h"
 #include "viewer/relight/kernels.h"
 #include "viewer/view_state.h"
 
 namespace pim {
+
+// Photons per lamp that a photon map may have: what it keeps of each takes some 150 bytes.
+inline constexpr uint64_t kMostPhotons = 100000000;
 
 // As written; `viewer --help` says what each means. Empty: the scene's own, or the default.
 struct Arguments {
@@ -22,12 +27,17 @@ struct Arguments {
     std::string integrator = "polynomial", vector_unit = "auto";
     double frames_per_second = 25;
     int samples = 4;
+    std::optional<uint64_t> photons;  // of the photon map
+    std::optional<int> nearest, gather;
     bool show_lamps = false, panels = false, benchmark = false, overwrite = false;
 };
 
 // All of these throw UsageError.
 ViewState parse_state(const Arguments& arguments, const Scene& scene, const IlluminationMap& map);
 Imath::V2i parse_size(const Arguments& arguments, const Camera& camera);
+Integrator parse_integrator(const Arguments& arguments);
+// Photons as baked unless told otherwise.
+PhotonMapOptions parse_photon_map(const Arguments& arguments, const Scene& scene, const ViewState& state);
 VectorUnit parse_vector_unit(const Arguments& arguments);
 
 }  // namespace pim

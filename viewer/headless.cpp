@@ -45,12 +45,11 @@ PictureOptions picture_options(const Arguments& a, const BakedScene& baked) {
     PictureOptions p;
     p.state = parse_state(a, baked.scene, baked.map);
     p.size = parse_size(a, p.state.camera);
-    if (a.integrator != "polynomial" && a.integrator != "path")
+    p.integrator = parse_integrator(a);
+    if (p.integrator != Integrator::polynomial && !shows_radiance(p.state.view))
         throw UsageError(
-            fmt::format("--integrator: '{}' is unknown; allowed: polynomial, path", a.integrator));
-    p.integrator = a.integrator == "path" ? Integrator::path : Integrator::polynomial;
-    if (p.integrator == Integrator::path && !shows_radiance(p.state.view))
-        throw UsageError("--view: the path integrator shows radiance, direct and indirect only");
+            fmt::format("--view: the {} integrator shows radiance, direct and indirect only", a.integrator));
+    p.photon_map = parse_photon_map(a, baked.scene, p.state);
     if (a.volume && p.state.view != View::density) throw UsageError("--volume: needs --view density");
     p.volume = a.volume;
     p.samples = a.samples;
@@ -61,22 +60,16 @@ float exposure_of(const ViewState& state, const Image& linear) {
     return state.automatic_exposure ? automatic_exposure(linear) : std::exp2(state.exposure);
 }
 
-Image timed_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& picture,
-                    std::vector<double>& seconds) {
+// Of the frame of median time. Renders again while that is cheap: five frames, or as many as fit in two
+// seconds.
+PictureTimes median_times(const BakedScene& baked, const RayCaster& caster, const PictureOptions& picture,
+                          const PictureTimes& first) {
     const Stopwatch watch;
-    Image image = render_picture(baked, caster, picture);
-    seconds.push_back(watch.seconds());
-    return image;
-}
-
-// Renders again while that is cheap: five frames, or as many as fit in two seconds.
-double median_frame_seconds(const BakedScene& baked, const RayCaster& caster, const PictureOptions& picture,
-                            std::vector<double> seconds) {
-    const Stopwatch watch;
-    while (seconds.size() < 5 && watch.seconds() + seconds[0] < 2)
-        timed_picture(baked, caster, picture, seconds);
-    std::ranges::sort(seconds);
-    return seconds[seconds.size() / 2];
+    std::vector<PictureTimes> all{first};
+    while (all.size() < 5 && watch.seconds() + first.total < 2)
+        all.push_back(render_picture(baked, caster, picture).seconds);
+    std::ranges::sort(all, {}, &PictureTimes::total);
+    return all[all.size() / 2];
 }
 
 // All that decides a film's pictures, as text.
@@ -111,21 +104,25 @@ void render_still(const Arguments& a) {
     check_outputs(a);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     const double load_seconds = load_watch.seconds();
-    std::vector<double> seconds;
-    const Image image = timed_picture(baked, caster, picture, seconds);
+    const auto [image, seconds] = render_picture(baked, caster, picture);
     const float exposure = exposure_of(picture.state, image);
     write_picture(a.output, image, picture.state, {exposure});
     log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", a.output.string(), image.width,
-                         image.height, seconds[0], std::log2(exposure)));
+                         image.height, seconds.total, std::log2(exposure)));
     if (!a.stats) return;
-    const nlohmann::json stats{
-        {"frame_seconds", median_frame_seconds(baked, caster, picture, seconds)},
+    const PictureTimes times = median_times(baked, caster, picture, seconds);
+    nlohmann::json stats{
+        {"frame_seconds", times.total},
         {"load_seconds", load_seconds},
         {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
         {"cells", baked.map.index.cell_count()},
         {"packed_bytes", packed_bytes(baked.map)},
         {"peak_rss_bytes", peak_memory()},
         {"threads", thread_count()}};
+    if (picture.integrator == Integrator::photon_map)
+        stats.update({{"photon_seconds", times.photons},
+                      {"tree_seconds", times.trees},
+                      {"render_seconds", times.render}});
     write_text_atomically(*a.stats, stats.dump(2) + "\n");
 }
 

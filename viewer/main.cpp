@@ -37,7 +37,15 @@ void add_state_options(CLI::App& app, Arguments& a) {
 
 void add_job_options(CLI::App& app, Arguments& a) {
     app.add_option("--output", a.output, "picture to write: .exr (linear) or .png (tone-mapped)");
-    app.add_option("--integrator", a.integrator, "polynomial or path (the reference)")->capture_default_str();
+    app.add_option("--integrator", a.integrator,
+                   "polynomial, photon_map, whitted (direct light only) or path (the reference)")
+        ->capture_default_str();
+    app.add_option("--photons", a.photons, "of the photon map, per lamp (default: as baked)")
+        ->check(CLI::Range(uint64_t{1}, kMostPhotons));
+    app.add_option("--nearest", a.nearest, "of the photon map: photons per estimate (default: 50)")
+        ->check(CLI::Range(2, 100000));
+    app.add_option("--gather", a.gather, "of the photon map: final gathering rays per hit (default: none)")
+        ->check(CLI::Range(0, 1 << 20));
     app.add_option("--volume", a.volume, "a density volume of the work folder, for --view density");
     app.add_option("--spp", a.samples, "samples per pixel")
         ->check(CLI::Range(1, 1 << 20))

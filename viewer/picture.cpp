@@ -4,23 +4,30 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stopwatch.h"
 #include "common/map/irradiance.h"
 #include "common/map/map_file.h"
 #include "common/render/frame.h"
 #include "common/render/light_image.h"
 #include "common/render/path_radiance.h"
+#include "common/render/whitted_radiance.h"
 #include "viewer/cell_view.h"
 #include "viewer/tone/tone_curve.h"
 
 namespace pim {
 namespace {
 
+PathScene lit_scene(const BakedScene& baked, const RayCaster& caster, const ViewState& state) {
+    return {baked.scene, caster, shining(baked.scene, state), state.show_lamps};
+}
+
 Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
                    const FrameOptions& frame) {
-    const PathScene scene{baked.scene, caster, shining(baked.scene, o.state), o.state.show_lamps};
+    const PathScene scene = lit_scene(baked, caster, o.state);
     const bool direct = direct_part(o.state) != DirectLight::none, indirect = indirect_part(o.state);
     Image image = render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
@@ -79,6 +86,59 @@ Rgb ratio(const Rgb& a, const Rgb& b) {
     return {b.x > 0 ? a.x / b.x : 0, b.y > 0 ? a.y / b.y : 0, b.z > 0 ? a.z / b.z : 0};
 }
 
+Image render_from_map(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
+                      const FrameOptions& frame) {
+    const View view = o.state.view;
+    const Camera& camera = o.state.camera;
+    if (is_unlit(view)) return render_unlit(view, baked.scene, baked.map, caster, camera, o.size, o.samples);
+    const Moment moment = moment_of(baked, caster, o);
+    if (shows_radiance(view))
+        return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
+            return map_radiance(moment, ray, random);
+        });
+    const std::vector<Rgb> residuals = view == View::trust ? patch_residuals(moment) : std::vector<Rgb>{};
+    return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
+        const auto hit = caster.intersect(ray);
+        if (!hit) return Rgb(0);
+        const SurfacePoint s = surface_at(baked.scene, *hit);
+        if (view == View::irradiance) return surface_irradiance(moment, s, random);
+        const auto at = [&](const std::vector<Rgb>& values) {
+            return irradiance_at(baked.map, values, s.position, s.shading_normal);
+        };
+        if (view == View::trust) return ratio(at(residuals), at(moment.patch_values));
+        return Rgb(luminance(at(moment.patch_values)));
+    });
+}
+
+Image render_whitted(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
+                     const FrameOptions& frame) {
+    const PathScene lit = lit_scene(baked, caster, o.state);
+    const int shadow_samples = direct_part(o.state) == DirectLight::none ? 0 : Moment::kShadowSamples;
+    return render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
+        return whitted_radiance(lit, ray, shadow_samples, random);
+    });
+}
+
+Picture render_photon_map(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
+                          const FrameOptions& frame) {
+    const PhotonMapOptions& options = o.photon_map;
+    Picture picture;
+    Stopwatch watch;
+    const auto lap = [&] { return std::exchange(watch, Stopwatch()).seconds(); };
+    PathScene lit = lit_scene(baked, caster, o.state);
+    ShotPhotons photons;
+    if (options.indirect || options.direct == DirectLight::baked)
+        photons = shoot_photons(lit, options.photons_per_lamp, options.seed);
+    picture.seconds.photons = lap();
+    const PhotonScene scene = build_photon_maps(std::move(lit), std::move(photons), options);
+    picture.seconds.trees = lap();
+    picture.image = render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
+        return photon_radiance(scene, ray, random);
+    });
+    picture.seconds.render = lap();
+    return picture;
+}
+
 }  // namespace
 
 std::vector<Rgb> read_volume(const IlluminationMap& map, const std::filesystem::path& file) {
@@ -121,32 +181,23 @@ Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, co
     });
 }
 
-Image render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
+Picture render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
     FrameOptions frame{.size = o.size, .samples = o.samples};
-    const View view = o.state.view;
-    const Camera& camera = o.state.camera;
-    if (o.integrator == Integrator::path) {
+    const Stopwatch watch;
+    Picture picture;
+    if (o.integrator == Integrator::photon_map) {
+        if (o.photon_map.gather > 0) frame.progress = "gathering";
+        picture = render_photon_map(baked, caster, o, frame);
+    } else if (o.integrator == Integrator::whitted) {
+        picture.image = render_whitted(baked, caster, o, frame);
+    } else if (o.integrator == Integrator::path) {
         frame.progress = "tracing paths";
-        return render_paths(baked, caster, o, frame);
+        picture.image = render_paths(baked, caster, o, frame);
+    } else {
+        picture.image = render_from_map(baked, caster, o, frame);
     }
-    if (is_unlit(view)) return render_unlit(view, baked.scene, baked.map, caster, camera, o.size, o.samples);
-    const Moment moment = moment_of(baked, caster, o);
-    if (shows_radiance(view))
-        return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
-            return map_radiance(moment, ray, random);
-        });
-    const std::vector<Rgb> residuals = view == View::trust ? patch_residuals(moment) : std::vector<Rgb>{};
-    return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
-        const auto hit = caster.intersect(ray);
-        if (!hit) return Rgb(0);
-        const SurfacePoint s = surface_at(baked.scene, *hit);
-        if (view == View::irradiance) return surface_irradiance(moment, s, random);
-        const auto at = [&](const std::vector<Rgb>& values) {
-            return irradiance_at(baked.map, values, s.position, s.shading_normal);
-        };
-        if (view == View::trust) return ratio(at(residuals), at(moment.patch_values));
-        return Rgb(luminance(at(moment.patch_values)));
-    });
+    picture.seconds.total = watch.seconds();
+    return picture;
 }
 
 std::optional<Scale> fitting_scale(View view, const Image& linear) {

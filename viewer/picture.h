@@ -8,12 +8,15 @@
 #include "common/core/image.h"
 #include "common/map/baked_scene.h"
 #include "common/render/map_radiance.h"
+#include "common/render/photon_radiance.h"
 #include "viewer/tone/false_colour.h"
 #include "viewer/view_state.h"
 
 namespace pim {
 
-enum class Integrator { polynomial, path };
+// How light is found: from the map, or by one of its rivals, which take from the file no more than the scene.
+enum class Integrator { polynomial, photon_map, whitted, path };
+inline bool is_rival(Integrator i) { return i == Integrator::photon_map || i == Integrator::whitted; }
 
 struct PictureOptions {
     ViewState state;
@@ -21,11 +24,23 @@ struct PictureOptions {
     Integrator integrator = Integrator::polynomial;
     std::optional<std::filesystem::path> volume;  // a density volume to show in place of the map
     int samples = 4;                              // per pixel
+    PhotonMapOptions photon_map;
+};
+
+// Where the time of a picture went, s: shooting photons and building trees (0 but for the photon map), and
+// the rays from the camera.
+struct PictureTimes {
+    double total = 0, photons = 0, trees = 0, render = 0;
+};
+
+struct Picture {
+    Image image;
+    PictureTimes seconds;
 };
 
 // Linear: radiance in W/(m² sr); irradiance and density (grey) in W/m²; trust (residual over irradiance);
 // albedo; normals as (n + 1)/2; false colours of the cells. Throws Error.
-Image render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& options);
+Picture render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& options);
 
 // Views that do not depend on the lamps.
 Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, const RayCaster& caster,

@@ -30,7 +30,8 @@ enum class RandomPurpose : uint32_t {
     render,
     reference,
     evaluation,
-    light_image
+    light_image,
+    photon_map
 };
 
 class RandomStream {

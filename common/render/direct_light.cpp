@@ -46,4 +46,13 @@ Rgb direct_irradiance(const RayCaster& caster, const Light& light, const LightSt
     return state.power * (sum / (kPi * float(rows * columns)));
 }
 
+Rgb direct_irradiance(const RayCaster& caster, const std::vector<Light>& lights,
+                      const std::vector<LightState>& states, const SurfacePoint& surface, int samples,
+                      RandomStream& random) {
+    Rgb sum(0);
+    for (std::size_t l = 0; l < lights.size(); ++l)
+        sum += direct_irradiance(caster, lights[l], states[l], surface, samples, random);
+    return sum;
+}
+
 }  // namespace pim

@@ -12,4 +12,9 @@ namespace pim {
 Rgb direct_irradiance(const RayCaster& caster, const Light& light, const LightState& state,
                       const SurfacePoint& surface, int samples, RandomStream& random);
 
+// From all of them.
+Rgb direct_irradiance(const RayCaster& caster, const std::vector<Light>& lights,
+                      const std::vector<LightState>& states, const SurfacePoint& surface, int samples,
+                      RandomStream& random);
+
 }  // namespace pim

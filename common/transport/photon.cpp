@@ -16,7 +16,7 @@ struct Photon {
 
 Fate follow(const Scene& scene, const RayCaster& caster, Photon& photon, RandomStream& random,
             const LandingFunction& landed) {
-    bool begins_specular = false;
+    bool begins_specular = false, all_specular = true;
     for (int met = 0; met < kMaxPhotonBounces; ++met) {
         const auto hit = caster.intersect(photon.ray);
         if (!hit) return Fate::escaped;
@@ -31,11 +31,13 @@ Fate follow(const Scene& scene, const RayCaster& caster, Photon& photon, RandomS
         const float survival = survival_probability(surface, photon.flux);
         const auto scattered = scatter(surface, in, photon.flux, survival, Transport::from_lamp, random);
         if (!surface.material->glass)
-            landed({surface, in, photon.flux, met == 0, met, begins_specular, !scattered, 1 - survival});
+            landed({surface, in, photon.flux, met == 0, met, begins_specular, met > 0 && all_specular,
+                    !scattered, 1 - survival});
         if (!scattered) return Fate::absorbed;
         photon.lost.normals_flux += Vec3d(photon.flux * scattered->weight * (1 - scattered->correction));
         if (!(scattered->correction > 0)) return Fate::absorbed;
         if (met == 0) begins_specular = scattered->event == Event::specular;
+        all_specular = all_specular && scattered->event == Event::specular;
         photon.flux *= scattered->weight * scattered->correction;
         photon.ray = {surface.leave(scattered->direction, caster.surface_offset()), scattered->direction};
     }

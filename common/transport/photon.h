@@ -33,7 +33,8 @@ struct Landing {
     Rgb flux;              // that lands, as the shading normal sees it; the photon started with 1 per channel
     bool straight;         // it has met nothing before
     int surfaces_met;      // before this one
-    bool begins_specular;  // the first of those was a mirror or glass
+    bool begins_specular;  // the first of those was a mirror or glass,
+    bool caustic;          // all of them were, and there are some
     bool ends;             // absorbed here,
     float chance_of_ending;  // which had this probability
 };
