@@ -72,8 +72,10 @@ Relighter relighter_of(const MappedScene& m, VectorUnit unit = best_vector_unit(
     return {m.map, m.scene(), m.caster, unit};
 }
 
-Image exact(const MappedScene& m, const ViewState& state, const Imath::V2i& size = kSize) {
-    return render_picture(m.baked, m.caster, {.state = state, .size = size, .volume = {}, .samples = 1});
+Image exact(const MappedScene& m, const ViewState& state, const Imath::V2i& size = kSize, int samples = 1) {
+    PictureOptions options;
+    options.state = state, options.size = size, options.samples = samples;
+    return render_picture(m.baked, m.caster, options).image;
 }
 
 Image fast(Relighter& relighter, const ViewState& state, const Imath::V2i& size = kSize) {
@@ -322,7 +324,8 @@ TEST(RelighterHistory, PatchesOutsideThePictureFollowTheLamps) {
     }
     state.lamps[0].position = m.scene().lights[0].domain.max;
     used.update(state, size);
-    Relighter newest(own_map, m.scene(), m.caster, best_vector_unit());
+    const MapFile third_map(m.file);
+    Relighter newest(third_map, m.scene(), m.caster, best_vector_unit());
     newest.update(state, size);
     for (int pass = 0; pass < 20; ++pass) {
         Image own(size.x, size.y), other = own;
@@ -616,8 +619,7 @@ TEST(RelighterPasses, MeanOfSharpPicturesIsThatOfExactOnes) {
         if (pass > 0) relighter.add_pass(pass, image);
         for (std::size_t i = 0; i < found.size(); ++i) found[i].add(double(image.pixels[i].y));
     }
-    const Image many =
-        render_picture(m.baked, m.caster, {.state = state, .size = size, .volume = {}, .samples = 1024});
+    const Image many = exact(m, state, size, 1024);
     double brightest = 0, squares = 0, sum = 0;
     for (const Rgb& pixel : many.pixels) brightest = std::max(brightest, double(pixel.y));
     for (std::size_t i = 0; i < found.size(); ++i) {

@@ -56,7 +56,7 @@ inline Rgba8Image read_png(const std::filesystem::path& file) {
     return bytes;
 }
 
-struct Region {
+struct PixelRegion {
     int left = 0, top = 0, right = 0, bottom = 0;  // pixels; right and bottom are outside
     bool contains(int x, int y) const { return x >= left && x < right && y >= top && y < bottom; }
 };
@@ -72,7 +72,7 @@ inline std::ostream& operator<<(std::ostream& out, const Difference& d) {
                << 100 * d.share_above_8 << " % of pixels";
 }
 
-inline Difference compare(const Rgba8Image& a, const Rgba8Image& b, const Region& left_out = {}) {
+inline Difference compare(const Rgba8Image& a, const Rgba8Image& b, const PixelRegion& left_out = {}) {
     if (a.width != b.width || a.height != b.height) return {};
     int largest = 0;
     double sum = 0, count = 0, above = 0;

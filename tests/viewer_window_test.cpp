@@ -124,7 +124,7 @@ struct Desk {
         return cut_out(parse_dump(read_text(test_folder() / "Xvfb_screen0")), place, size);
     }
     // Whether a window there comes to look like that, but for one step of 255.
-    testing::AssertionResult shows(const Rgba8Image& picture, const Region& left_out,
+    testing::AssertionResult shows(const Rgba8Image& picture, const PixelRegion& left_out,
                                    const Imath::V2i& place = {0, 0}) const {
         Difference least;
         const bool same = comes_true(kPatience, [&] {
@@ -165,7 +165,7 @@ class Twin {
     const Box3& domain() const { return session.scene().lights[0].domain; }
 
     // Where the lamp's mark, name, handles and domain are drawn.
-    Region marks(const Imath::V2i& size = kSmall) {
+    PixelRegion marks(const Imath::V2i& size = kSmall) {
         Box3 box;
         const auto add = [&](const Vec2& p) { box.extendBy(Vec3(p.x, p.y, 0)); };
         for (const Edge& edge : domain_edges(camera(), size, domain())) add(edge[0]), add(edge[1]);

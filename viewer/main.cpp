@@ -84,7 +84,7 @@ void check_jobs(const Arguments& a) {
     refuse(measures && !a.output.empty(), "--output: --benchmark and --probe write to stdout");
     refuse(measures && !a.paths.empty(), "--path: belongs to a film or the window");
     const bool still = !measures && !film && !a.panels && !a.output.empty();
-    refuse(!still && a.integrator != "polynomial", "--integrator: of a single picture without --ui only");
+    refuse(!still && a.integrator != "polynomial", "--integrator: of a single picture only (--output FILE, without --ui)");
     refuse(!still && a.volume, "--volume: of a single picture without --ui only");
     refuse(!still && a.stats, "--stats: of a single picture without --ui only");
     refuse(!film && a.overwrite, "--overwrite: of a film only");

@@ -27,12 +27,14 @@ PanelInput::~PanelInput() {
 }
 
 void PanelInput::note_key(int key, int scancode, int action, int modifiers) {
-    if (action == GLFW_REPEAT) return;  // ImGui repeats by itself
-    if (!keys_.empty() || std::ranges::count(changed_, key)) {
+    if (action == GLFW_REPEAT) return;               // ImGui repeats by itself
+    const bool is_release = action == GLFW_RELEASE;  // of Ctrl after Q, say: both are held for one frame
+    if (!keys_.empty() || std::ranges::count(changed_, key) || (is_release && pressed_)) {
         keys_.push_back({key, scancode, action, modifiers});
         return;
     }
     changed_.push_back(key);
+    pressed_ |= !is_release;
     ImGui_ImplGlfw_KeyCallback(window_, key, scancode, action, modifiers);
 }
 
@@ -44,6 +46,7 @@ void PanelInput::note_button(int button, int action) {
 void PanelInput::before_events() {
     if (!std::exchange(drawn_, false)) return;
     changed_.clear();
+    pressed_ = false;
     for (const KeyEvent& e : std::exchange(keys_, {})) note_key(e.key, e.scancode, e.action, e.modifiers);
 }
 

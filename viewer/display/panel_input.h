@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Mouse, keyboard and clipboard of a window for the current ImGui context. ImGui 1.86 looks at keys, buttons
 // and mouse only when a frame begins: a key tapped while one frame is drawn would be missed, a handle grasped
-// where the mouse no longer is. So each frame gets one change of each key, and one of the buttons at the place
-// where it happened; what came after that waits for the next frame.
+// where the mouse no longer is. So each frame gets one change of each key, and one of the buttons at the
+// place where it happened; what came after that waits for the next frame.
 #pragma once
 
 #include <array>
@@ -44,6 +44,7 @@ class PanelInput {
     };
     GLFWwindow* window_;
     std::vector<int> changed_;  // keys, since the last frame
+    bool pressed_ = false;      // one of them
     std::deque<KeyEvent> keys_;
     std::deque<ButtonEvent> buttons_;
     std::array<bool, 3> down_{};

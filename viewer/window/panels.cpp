@@ -18,7 +18,8 @@ namespace {
 
 constexpr float kPanelWidth = 340, kMargin = 10;
 constexpr ImU32 kWhite = IM_COL32(255, 255, 255, 255), kShade = IM_COL32(0, 0, 0, 170),
-                kAmber = IM_COL32(255, 200, 60, 255), kFaint = IM_COL32(255, 255, 255, 110);
+                kAmber = IM_COL32(255, 200, 60, 255), kFaint = IM_COL32(255, 255, 255, 150),
+                kFaintShade = IM_COL32(0, 0, 0, 70);
 constexpr ImU32 kAxisColours[] = {IM_COL32(235, 80, 70, 255), IM_COL32(110, 205, 80, 255),
                                   IM_COL32(80, 140, 250, 255)};
 
@@ -55,8 +56,10 @@ ImU32 colour_of(const HandleShape& shape, bool is_area) {
 void draw_gizmo(ImDrawList& list, const Session& session, const Controls& controls, const Imath::V2i& size) {
     const Camera& camera = session.state.camera;
     const Light& light = session.scene().lights[session.selected];
-    for (const Edge& edge : domain_edges(camera, size, light.domain))
-        list.AddLine(at(edge[0]), at(edge[1]), kFaint, 1.0f);
+    for (const Edge& edge : domain_edges(camera, size, light.domain)) {
+        list.AddLine(at(edge[0]), at(edge[1]), kFaintShade, 3);  // for white walls
+        list.AddLine(at(edge[0]), at(edge[1]), kFaint, 1);
+    }
     const GizmoShape gizmo = gizmo_shape(camera, size, session.state.lamps[session.selected].position,
                                          light.domain, controls.handle());
     for (const HandleShape& shape : gizmo.handles) {
