@@ -15,13 +15,14 @@ namespace pim {
 // As written; `viewer --help` says what each means. Empty: the scene's own, or the default.
 struct Arguments {
     std::filesystem::path map, output;
-    std::optional<std::filesystem::path> geometry, stats, volume, setup, probe;
+    std::optional<std::filesystem::path> geometry, stats, volume, setup, probe, exported;
     std::vector<std::filesystem::path> paths;
     std::vector<std::string> lights, gains, colours;  // NAME=value
     std::string camera, eye, target, up, fov, size, direct, indirect, view, exposure, tone_curve;
     std::string integrator = "polynomial", vector_unit = "auto";
     double frames_per_second = 25;
     int samples = 4;
+    uint64_t seed = 1;
     bool show_lamps = false, panels = false, benchmark = false, overwrite = false;
 };
 

@@ -123,7 +123,7 @@ Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, co
 }
 
 Image render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
-    FrameOptions frame{.size = o.size, .samples = o.samples};
+    FrameOptions frame{.size = o.size, .samples = o.samples, .seed = o.seed};
     const View view = o.state.view;
     const Camera& camera = o.state.camera;
     if (o.integrator == Integrator::path) {
