@@ -8,14 +8,24 @@
 #include "common/core/progress.h"
 
 namespace pim {
+namespace {
+
+// Columns of a grid of that many strata, all of the same size and none left over: a part of a row would shift
+// the picture.
+int strata_across(int samples) {
+    int across = int(std::sqrt(float(samples)));
+    while (samples % across != 0) --across;
+    return across;
+}
+
+}  // namespace
 
 Image render_frame(const Camera& camera, const FrameOptions& options, const PixelFunction& radiance) {
     constexpr int kTile = 16;
     const CameraRays rays(camera, options.size);
     Image image(options.size.x, options.size.y);
     const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-    const int across = std::max(1, int(std::sqrt(float(options.samples)))),
-              down = (options.samples + across - 1) / across;
+    const int across = strata_across(options.samples), down = options.samples / across;
     std::optional<Progress> progress;
     if (options.progress) progress.emplace(options.progress, uint64_t(columns) * rows);
     const auto pixel = [&](int x, int y) {
