@@ -43,7 +43,7 @@ def new_material(description, folder):
     if description["texture"]:
         texture = tree.nodes.new("ShaderNodeTexImage")
         texture.image = bpy.data.images.load(str(folder / description["texture"]))
-        texture.image.colorspace_settings.name = "Non-Color"  # as it is
+        texture.image.colorspace_settings.name = "Non-Color"  # no conversion
         texture.interpolation, texture.extension = "Linear", "REPEAT"
 
     def reflection(node, colour, textured):
@@ -252,7 +252,7 @@ def rectangle_irradiance(lamp, place):
 def read_pixels(file):
     """Rows from the top."""
     image = bpy.data.images.load(str(file))
-    image.colorspace_settings.name = "Non-Color"  # as it is
+    image.colorspace_settings.name = "Non-Color"  # no conversion
     (width, height), values = image.size, list(image.pixels)
     return [values[4 * (width * (height - 1 - row) + column):][:3] for row in range(height) for column in range(width)]
 
@@ -261,7 +261,7 @@ def texture_for_test(file):
     """3 x 2 texels of different colours; gives bilinear interpolation as common/scene/texture.h defines it."""
     texels = [[(0.9, 0.1, 0.2), (0.3, 0.8, 0.1), (0.2, 0.2, 0.7)], [(0.6, 0.6, 0.1), (0.1, 0.5, 0.9), (1.0, 0.9, 0.8)]]
     image = bpy.data.images.new("texture", 3, 2, float_buffer=True)
-    image.colorspace_settings.name = "Non-Color"  # as it is
+    image.colorspace_settings.name = "Non-Color"  # no conversion
     image.pixels = [value for row in reversed(texels) for texel in row for value in (*texel, 1)]
     image.file_format, image.filepath_raw = "OPEN_EXR", str(file)
     image.save()
