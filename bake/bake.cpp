@@ -23,7 +23,7 @@ class Bake {
     Bake(const fs::path& description, const BakeOptions& options)
         : options_(options),
           output_(options.output.value_or(default_output(description))),
-          scene_(read_scene(description, {.photons = options.photons, .geometry = {}})),
+          scene_(read_scene(description, {.settings = options.settings, .geometry = {}})),
           caster_(scene_.geometry, InstructionSet::pinned),
           solids_(solids_of(scene_)),
           work_(begin_work()) {

@@ -7,15 +7,16 @@
 #include <optional>
 
 #include "bake/work_folder.h"
+#include "common/scene/scene_file.h"
 
 namespace pim {
 
 struct BakeOptions {
     std::optional<std::filesystem::path> output;  // default: the description's name with .vdb
-    std::optional<uint64_t> photons;
-    bool overwrite = false;   // begin anew, whatever the work folder holds
-    bool clean = false;       // remove the work folder at the end
-    int part = 1, parts = 1;  // of the lamp positions, for trace
+    std::vector<Setting> settings = {};           // in place of what the description says
+    bool overwrite = false;                       // begin anew, whatever the work folder holds
+    bool clean = false;                           // remove the work folder at the end
+    int part = 1, parts = 1;                      // of the lamp positions, for trace
 };
 
 std::filesystem::path default_output(const std::filesystem::path& description);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which cells hold surface that light can reach, and how much. A stage of its own before tracing.
 //
-// Fragments that light does not reach (see reach.h) are left out, together with the photons that land on them, and so
-// are whole patches that no photon finds.
+// Fragments that light does not reach (see reach.h) are left out, together with the photons that land on
+// them, and so are whole patches that no photon finds.
 #pragma once
 
 #include "bake/reach.h"

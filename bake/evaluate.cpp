@@ -1,34 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/evaluate.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numeric>
 
 #include "bake/bake.h"
+#include "bake/reference.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "common/core/log.h"
-#include "common/core/parallel.h"
 #include "common/core/progress.h"
 #include "common/core/stopwatch.h"
 #include "common/map/baked_scene.h"
 #include "common/render/frame.h"
-#include "common/render/light_image.h"
 #include "common/render/map_radiance.h"
 #include "common/render/path_radiance.h"
 
 namespace pim {
 namespace {
 
-constexpr uint64_t kSeed = 0x5eed;
 constexpr int kShadowSamples = 256;  // per rectangular lamp: the map's error, not that of soft shadows
-
-struct PixelAnswer {
-    Rgb map{0}, map_indirect{0};
-    std::array<Rgb, 2> reference{Rgb(0), Rgb(0)}, reference_indirect{Rgb(0), Rgb(0)};  // the two halves
-    bool surface = false;
-    Vec2 place{0};  // in the image, 0 to 1
-};
 
 // Sums over the pixels of one camera and lamp position.
 struct ErrorSums {
@@ -64,27 +56,25 @@ double half_width(const std::vector<double>& v) {
 
 class Evaluation {
   public:
-    Evaluation(const std::filesystem::path& map_file, const EvaluateOptions& options)
-        : options_(options),
-          baked_(read_baked_scene(map_file, options.geometry)),
-          caster_(baked_.scene.geometry, InstructionSet::best),
-          solids_(solids_of(baked_.scene)) {}
+    Evaluation(const BakedScene& baked, const RayCaster& caster, const Reference& reference)
+        : baked_(baked), caster_(caster), reference_(reference) {}
 
     nlohmann::json run() {
-        Progress progress("comparing with path tracing", uint64_t(options_.lights));
-        for (int i = 0; i < options_.lights; ++i) {
+        Progress progress("comparing with path tracing", uint64_t(reference_.positions()));
+        for (int i = 0; i < reference_.positions(); ++i) {
             positions_.push_back(evaluate_position(i));
             progress.advance();
         }
         return summary();
     }
 
-    double frame_seconds() {
+    double frame_seconds() const {
         const Camera& camera = baked_.scene.cameras[0];
         std::vector<double> seconds;
         for (int i = 0; i < 3; ++i) {
             const Stopwatch watch;
-            const Moment m = moment(place_lamps(i), true, Moment::kShadowSamples);
+            const Moment m =
+                moment(reference_.lamps(i % reference_.positions()), true, Moment::kShadowSamples);
             render_frame(camera, {.size = camera.size, .samples = 1},
                          [&](const Ray& ray, RandomStream& random) { return map_radiance(m, ray, random); });
             seconds.push_back(watch.seconds());
@@ -94,23 +84,6 @@ class Evaluation {
     }
 
   private:
-    std::vector<LightState> place_lamps(int i) const {
-        std::vector<LightState> states;
-        for (std::size_t l = 0; l < baked_.scene.lights.size(); ++l) {
-            const Light& light = baked_.scene.lights[l];
-            RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(l), uint64_t(i));
-            Vec3 position = light.position;
-            for (int attempt = 0; attempt < 64; ++attempt) {
-                for (int axis = 0; axis < 3; ++axis)
-                    position[axis] =
-                        light.domain.min[axis] + (light.domain.max - light.domain.min)[axis] * random.next();
-                if (solids_.containing(position).empty()) break;
-            }
-            states.push_back({position, light.power});
-        }
-        return states;
-    }
-
     Moment moment(const std::vector<LightState>& lamps, bool with_direct,
                   int shadow_samples = kShadowSamples) const {
         const bool baked_direct = baked_.map.has(Component::direct);
@@ -123,74 +96,27 @@ class Evaluation {
         return m;
     }
 
-    Position evaluate_position(int i) {
-        const auto lamps = place_lamps(i);
-        const Moment whole = moment(lamps, true), indirect = moment(lamps, false);
-        const PathScene paths{baked_.scene, caster_, lamps};
+    Position evaluate_position(int i) const {
+        const Moment whole = moment(reference_.lamps(i), true), part = moment(reference_.lamps(i), false);
+        const auto by = [](const Moment& m) {
+            return [&m](const Ray& ray, RandomStream& random) { return map_radiance(m, ray, random); };
+        };
         Position result;
-        const auto& cameras = baked_.scene.cameras;
-        for (std::size_t c = 0; c < cameras.size(); ++c) {
-            ErrorSums all, indirect_only;
-            const int view = i * int(cameras.size()) + int(c);
-            auto pixels = answers(cameras[c], view, whole, indirect, paths);
-            if (point_lamps_meet_specular(baked_.scene)) add_light_images(cameras[c], view, paths, pixels);
-            for (const PixelAnswer& p : pixels) {
-                if (!p.surface) continue;
-                all.add(p.map, p.reference);
-                indirect_only.add(p.map_indirect, p.reference_indirect);
+        const double cameras = reference_.cameras();
+        for (int c = 0; c < reference_.cameras(); ++c) {
+            ErrorSums all, indirect;
+            const auto& pixels = reference_.pixels(i, c);
+            const auto seen = reference_.seen(i, c, by(whole)), seen_part = reference_.seen(i, c, by(part));
+            for (std::size_t p = 0; p < pixels.size(); ++p) {
+                if (!pixels[p].surface) continue;
+                all.add(seen[p], pixels[p].all);
+                indirect.add(seen_part[p], pixels[p].indirect);
             }
-            result.relrmse += all.relative_error() / double(cameras.size());
-            result.indirect += indirect_only.relative_error() / double(cameras.size());
-            result.noise += all.relative_noise() / double(cameras.size());
+            result.relrmse += all.relative_error() / cameras;
+            result.indirect += indirect.relative_error() / cameras;
+            result.noise += all.relative_noise() / cameras;
         }
         return result;
-    }
-
-    // Stratified pixels of one camera; map and reference look along the same camera rays.
-    std::vector<PixelAnswer> answers(const Camera& camera, int view, const Moment& whole,
-                                     const Moment& indirect, const PathScene& paths) const {
-        const double wanted = std::max(16.0, double(options_.pixels) / double(baked_.scene.cameras.size()));
-        const double aspect = double(camera.size.x) / double(camera.size.y);
-        const int columns = std::max(1, int(std::lround(std::sqrt(wanted * aspect))));
-        const int rows = std::max(1, int(std::lround(wanted / columns)));
-        const CameraRays rays(camera, {columns, rows});
-        std::vector<PixelAnswer> pixels(std::size_t(columns) * rows);
-        parallel_for(pixels.size(), [&](std::size_t p) {
-            RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(view + 64), p);
-            const float x = float(int(p) % columns) + random.next(),
-                        y = float(int(p) / columns) + random.next();
-            const Ray ray = rays.through(x, y);
-            PixelAnswer& pixel = pixels[p];
-            pixel.place = {std::min(x / float(columns), 0.99999f), std::min(y / float(rows), 0.99999f)};
-            pixel.map = map_radiance(whole, ray, random);
-            pixel.map_indirect = map_radiance(indirect, ray, random);
-            const int half = std::max(1, options_.paths / 2);
-            for (int k = 0; k < 2 * half; ++k) {
-                RandomStream path_random(kSeed, RandomPurpose::reference, uint32_t(view),
-                                         p << 20 | uint64_t(k));
-                const Seen seen = path_radiance(paths, ray, path_random);
-                pixel.surface = seen.surface;
-                pixel.reference[k & 1] += seen.total / float(half);
-                pixel.reference_indirect[k & 1] += seen.indirect / float(half);
-            }
-        });
-        return pixels;
-    }
-
-    // Light that only photons from the lamps find, from two independent images of the camera's own size.
-    void add_light_images(const Camera& camera, int view, const PathScene& paths,
-                          std::vector<PixelAnswer>& pixels) const {
-        for (int half = 0; half < 2; ++half) {
-            const uint64_t photons = uint64_t(options_.paths) * 4096;
-            const Image image =
-                light_image(paths, camera, camera.size, photons, kSeed, uint32_t(2 * view + half));
-            for (PixelAnswer& p : pixels) {
-                const Rgb& added =
-                    image.at(int(p.place.x * float(image.width)), int(p.place.y * float(image.height)));
-                p.reference[half] += added;
-                p.reference_indirect[half] += added;
-            }
-        }
     }
 
     nlohmann::json summary() const {
@@ -215,25 +141,35 @@ class Evaluation {
                 {"notes", notes}};
     }
 
-    EvaluateOptions options_;
-    BakedScene baked_;
-    RayCaster caster_;
-    Solids solids_;
+    const BakedScene& baked_;
+    const RayCaster& caster_;
+    const Reference& reference_;
     std::vector<Position> positions_;
 };
 
+nlohmann::json bake_seconds_of(const std::filesystem::path& map_file) {
+    const auto run_file = WorkFolder::beside(map_file) / "run.json";
+    if (!std::filesystem::exists(run_file)) return nullptr;
+    const auto run = nlohmann::json::parse(read_text(run_file), nullptr, false);
+    return run.is_object() && run.contains("bake_seconds") ? run["bake_seconds"] : nullptr;
+}
+
 }  // namespace
 
-nlohmann::json evaluate_map(const std::filesystem::path& map_file, const EvaluateOptions& options) {
-    Evaluation evaluation(map_file, options);
+Evaluator::Evaluator(EvaluateOptions options) : options_(std::move(options)) {}
+Evaluator::~Evaluator() = default;
+
+nlohmann::json Evaluator::evaluate(const std::filesystem::path& map_file) {
+    const BakedScene baked = read_baked_scene(map_file, options_.geometry);
+    const RayCaster caster(baked.scene.geometry, InstructionSet::best);
+    if (const std::string key = Reference::key(baked.scene, options_); key != reference_key_) {
+        reference_ = std::make_unique<Reference>(baked.scene, caster, solids_of(baked.scene), options_);
+        reference_key_ = key;
+    }
+    Evaluation evaluation(baked, caster, *reference_);
     nlohmann::json result = evaluation.run();
     result["frame_seconds"] = evaluation.frame_seconds();
-    const auto run_file = WorkFolder::beside(map_file) / "run.json";
-    result["bake_seconds"] = nullptr;
-    if (std::filesystem::exists(run_file)) {
-        const auto run = nlohmann::json::parse(read_text(run_file), nullptr, false);
-        if (run.is_object() && run.contains("bake_seconds")) result["bake_seconds"] = run["bake_seconds"];
-    }
+    result["bake_seconds"] = bake_seconds_of(map_file);
     return result;
 }
 

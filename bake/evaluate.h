@@ -3,11 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 namespace pim {
+
+class Reference;
 
 struct EvaluateOptions {
     int lights = 16;    // unseen lamp positions, uniform in the domains (all lamps at once)
@@ -16,11 +19,23 @@ struct EvaluateOptions {
     std::optional<std::filesystem::path> geometry;
 };
 
-// relrmse = ||I - R|| / ||R|| over surface pixels in linear RGB radiance. The squared error is estimated by
-// <I - R1, I - R2>, which the reference's noise does not bias. Keys: relrmse, relrmse_indirect, relrmse_p95,
-// relrmse_per_position, reference_noise, confidence (half widths at 95 %), bake_seconds, frame_seconds,
-// notes.
-nlohmann::json evaluate_map(const std::filesystem::path& map_file, const EvaluateOptions& options);
+// Evaluates maps one after the other; what was traced for one serves the next of the same scene.
+class Evaluator {
+  public:
+    explicit Evaluator(EvaluateOptions options);
+    ~Evaluator();
+    // relrmse = ||I - R|| / ||R|| over surface pixels in linear RGB radiance. The squared error is estimated
+    // by <I - R1, I - R2>, which the reference's noise does not bias. Keys: relrmse, relrmse_indirect,
+    // relrmse_p95, relrmse_per_position, reference_noise, confidence (half widths at 95 %), bake_seconds,
+    // frame_seconds, notes. Throws Error: no map, geometry missing or changed.
+    nlohmann::json evaluate(const std::filesystem::path& map_file);
+
+  private:
+    EvaluateOptions options_;
+    std::unique_ptr<Reference> reference_;
+    std::string reference_key_;
+};
+
 std::string evaluation_text(const nlohmann::json& evaluation);
 
 }  // namespace pim

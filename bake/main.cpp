@@ -8,6 +8,7 @@
 #include "bake/evaluate.h"
 #include "bake/info.h"
 #include "bake/plan.h"
+#include "bake/sweep.h"
 #include "common/core/command_line.h"
 #include "common/core/error.h"
 
@@ -23,13 +24,14 @@ struct Arguments {
     uint64_t photons = 0;
     bool overwrite = false, clean = false, json = false;
     EvaluateOptions evaluate;
+    std::vector<std::string> axes;
     std::string geometry;
 };
 
 BakeOptions bake_options(const Arguments& a) {
     BakeOptions options;
     if (!a.output.empty()) options.output = a.output;
-    if (a.photons) options.photons = a.photons;
+    if (a.photons) options.settings.push_back({"photons", std::to_string(a.photons)});
     options.overwrite = a.overwrite;
     options.clean = a.clean;
     char slash = 0, extra = 0;
@@ -60,6 +62,26 @@ void add_output_options(CLI::App* sub, Arguments& a) {
     sub->add_option("-o,--output", a.output, "the map to write (default: the description's name with .vdb)");
     sub->add_option("--photons", a.photons, "photons per lamp position, in place of the description's")
         ->check(CLI::PositiveNumber);
+}
+
+void add_evaluation_options(CLI::App* sub, Arguments& a) {
+    sub->add_option("--lights", a.evaluate.lights, "lamp positions")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    sub->add_option("--pixels", a.evaluate.pixels, "pixels per position")
+        ->check(CLI::Range(16, 1000000))
+        ->capture_default_str();
+    sub->add_option("--paths", a.evaluate.paths, "reference paths per pixel")
+        ->check(CLI::Range(2, 1 << 20))
+        ->capture_default_str();
+}
+
+SweepOptions sweep_options(const Arguments& a) {
+    SweepOptions options;
+    for (const std::string& axis : a.axes) options.axes.push_back(parse_axis(axis));
+    options.folder = a.output.empty() ? fs::path(a.input).replace_extension(".sweep") : fs::path(a.output);
+    options.evaluate = a.evaluate;
+    return options;
 }
 
 Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
@@ -100,19 +122,21 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                     "FILE.vdb", [](const Arguments& x) {
                         EvaluateOptions options = x.evaluate;
                         if (!x.geometry.empty()) options.geometry = x.geometry;
-                        print(evaluate_map(x.input, options), x.json, evaluation_text);
+                        print(Evaluator(options).evaluate(x.input), x.json, evaluation_text);
                     });
-    evaluate->add_option("--lights", a.evaluate.lights, "lamp positions")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
-    evaluate->add_option("--pixels", a.evaluate.pixels, "pixels per position")
-        ->check(CLI::Range(16, 1000000))
-        ->capture_default_str();
-    evaluate->add_option("--paths", a.evaluate.paths, "reference paths per pixel")
-        ->check(CLI::Range(2, 1 << 20))
-        ->capture_default_str();
+    add_evaluation_options(evaluate, a);
     evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
     evaluate->add_flag("--json", a.json, "as JSON");
+
+    CLI::App* sweeping = add_command(
+        app, a, chosen, "sweep", "error against settings: bakes and evaluates all combinations", "SCENE.toml",
+        [](const Arguments& x) { print(sweep(x.input, sweep_options(x)), x.json, sweep_text); });
+    sweeping->add_option("--axis", a.axes, "KEY=a,b,c: a setting and its values; may be repeated")
+        ->allow_extra_args(false)
+        ->required();
+    sweeping->add_option("-o,--output", a.output, "folder of maps and results (default: SCENE.sweep)");
+    add_evaluation_options(sweeping, a);
+    sweeping->add_flag("--json", a.json, "as JSON");
     app.parse(argc, argv);
     return chosen;
 }

@@ -40,7 +40,7 @@ struct Baked {
 
     static BakedScene bake(const fs::path& description, const fs::path& map) {
         set_log_level("error");
-        bake_run(description, {.output = map, .photons = {}, .overwrite = true});
+        bake_run(description, {.output = map, .overwrite = true});
         return read_baked_scene(map, {});
     }
 };

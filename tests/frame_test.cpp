@@ -22,7 +22,8 @@ TEST(Frame, SamplesAreEvenInThePixelAtAnyNumber) {
         double x = 0, y = 0;
         for (const Rgb& pixel : image.pixels) x += pixel.x, y += pixel.y;
         const double count = double(image.pixels.size());
-        const double error = std::sqrt(1 / 12.0 / (count * samples));  // of independent samples: an upper bound
+        const double error =
+            std::sqrt(1 / 12.0 / (count * samples));  // of independent samples: an upper bound
         EXPECT_NEAR(x / count, 0.5, 4 * error) << samples;
         EXPECT_NEAR(y / count, 0.5, 4 * error) << samples;
     }

@@ -169,7 +169,7 @@ TEST_F(RelighterTest, IsTheExactPictureOfTheThesis) {
             text.replace(text.find(from), from.size(), to);
         const auto description = file.parent_path() / "thesis.toml";
         std::ofstream(description) << "preset = \"thesis\"\n" << text;
-        bake_run(description, {.output = file, .photons = {}});
+        bake_run(description, {.output = file});
     });
     ASSERT_FALSE(m.baked.map.mend_signs);
     ASSERT_FALSE(m.baked.map.grid.facings);

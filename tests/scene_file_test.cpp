@@ -251,7 +251,7 @@ TEST_F(SceneFile, ThesisPreset) {
 
 TEST_F(SceneFile, OverriddenPhotonsStandInTheDescription) {
     SceneOptions options;
-    options.photons = 777;
+    options.settings = {{"photons", "777"}};
     const Scene scene = read(kScene + kLight + "[bake]\nphotons = 5\n", options);
     EXPECT_EQ(scene.bake.photons, 777u);
     EXPECT_EQ(read(scene.description).bake.photons, 777u);  // what is stored makes the same map

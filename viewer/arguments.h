@@ -20,7 +20,7 @@ inline constexpr uint64_t kMostPhotons = 100000000;
 // As written; `viewer --help` says what each means. Empty: the scene's own, or the default.
 struct Arguments {
     std::filesystem::path map, output;
-    std::optional<std::filesystem::path> geometry, stats, volume, setup, probe;
+    std::optional<std::filesystem::path> geometry, stats, volume, setup, probe, exported;
     std::vector<std::filesystem::path> paths;
     std::vector<std::string> lights, gains, colours;  // NAME=value
     std::string camera, eye, target, up, fov, size, direct, indirect, view, exposure, tone_curve;
@@ -29,6 +29,7 @@ struct Arguments {
     int samples = 4;
     std::optional<uint64_t> photons;  // of the photon map
     std::optional<int> nearest, gather;
+    uint64_t seed = 1;
     bool show_lamps = false, panels = false, benchmark = false, overwrite = false;
 };
 

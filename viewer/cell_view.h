@@ -4,8 +4,8 @@
 #pragma once
 
 #include "common/map/illumination_map.h"
-#include "common/transport/surface.h"
 #include "common/render/frame.h"
+#include "common/transport/surface.h"
 
 namespace pim {
 

@@ -19,6 +19,7 @@
 #include "viewer/files/frames.h"
 #include "viewer/files/lighting_setup.h"
 #include "viewer/files/probe.h"
+#include "viewer/files/scene_export.h"
 #include "viewer/picture.h"
 #include "viewer/relight/relighter.h"
 
@@ -53,6 +54,7 @@ PictureOptions picture_options(const Arguments& a, const BakedScene& baked) {
     if (a.volume && p.state.view != View::density) throw UsageError("--volume: needs --view density");
     p.volume = a.volume;
     p.samples = a.samples;
+    p.seed = a.seed;
     return p;
 }
 
@@ -186,6 +188,13 @@ void print_probe(const Arguments& a) {
         values.push_back(surface_irradiance(moment, surface, random));
     }
     std::cout << probe_text(points, values);
+}
+
+void write_scene(const Arguments& a) {
+    const BakedScene baked = read_baked_scene(a.map, a.geometry);
+    const ViewState state = parse_state(a, baked.scene, baked.map);
+    export_scene(*a.exported, baked.scene, state, parse_size(a, state.camera));
+    log_info(fmt::format("wrote {}", (*a.exported / "scene.json").string()));
 }
 
 }  // namespace pim

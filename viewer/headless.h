@@ -10,5 +10,6 @@ namespace pim {
 void render_still(const Arguments& arguments);
 void render_film(const Arguments& arguments);  // --path, numbered frames
 void print_probe(const Arguments& arguments);  // --probe, CSV to stdout
+void write_scene(const Arguments& arguments);  // --export-scene
 
 }  // namespace pim

@@ -50,15 +50,18 @@ void add_job_options(CLI::App& app, Arguments& a) {
     app.add_option("--spp", a.samples, "samples per pixel")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
+    app.add_option("--seed", a.seed, "of the random numbers: another one, other noise")
+        ->capture_default_str();
     app.add_option("--stats", a.stats, "timings and sizes as JSON");
     app.add_flag("--ui", a.panels, "the picture with the window's panels, without a display");
     app.add_option("--path", a.paths,
                    "film: CSV of lamps' keys or camera keys (may be given twice); --output frame_%04d.png")
         ->allow_extra_args(false);
-    app.add_option("--fps", a.frames_per_second, "of a film")
-        ->capture_default_str();
+    app.add_option("--fps", a.frames_per_second, "of a film")->capture_default_str();
     app.add_flag("--overwrite", a.overwrite, "a film begins anew");
     app.add_option("--probe", a.probe, "CSV of points x,y,z,nx,ny,nz: writes their irradiance to stdout");
+    app.add_option("--export-scene", a.exported,
+                   "a folder for geometry, materials, lamps and camera as JSON and EXR, for other renderers");
     app.add_flag("--benchmark", a.benchmark, "frame times as JSON to stdout");
     app.add_option("--vector-unit", a.vector_unit, "auto, plain, avx2 or avx512")->capture_default_str();
 }
@@ -84,7 +87,8 @@ void check_jobs(const Arguments& a) {
     refuse(measures && !a.output.empty(), "--output: --benchmark and --probe write to stdout");
     refuse(measures && !a.paths.empty(), "--path: belongs to a film or the window");
     const bool still = !measures && !film && !a.panels && !a.output.empty();
-    refuse(!still && a.integrator != "polynomial", "--integrator: of a single picture only (--output FILE, without --ui)");
+    refuse(!still && a.integrator != "polynomial",
+           "--integrator: of a single picture only (--output FILE, without --ui)");
     refuse(!still && a.volume, "--volume: of a single picture without --ui only");
     refuse(!still && a.stats, "--stats: of a single picture without --ui only");
     refuse(!film && a.overwrite, "--overwrite: of a film only");
@@ -95,6 +99,7 @@ void run(const Arguments& a) {
     check_jobs(a);
     if (a.benchmark) return print_benchmark(a);
     if (a.probe) return print_probe(a);
+    if (a.exported) return write_scene(a);
     if (a.output.empty() && a.panels)
         throw UsageError("--ui: name a picture to write with --output SHOT.png");
     if (a.panels) return render_panels(a);

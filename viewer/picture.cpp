@@ -182,7 +182,7 @@ Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, co
 }
 
 Picture render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o) {
-    FrameOptions frame{.size = o.size, .samples = o.samples};
+    FrameOptions frame{.size = o.size, .samples = o.samples, .seed = o.seed};
     const Stopwatch watch;
     Picture picture;
     if (o.integrator == Integrator::photon_map) {

@@ -24,6 +24,7 @@ struct PictureOptions {
     Integrator integrator = Integrator::polynomial;
     std::optional<std::filesystem::path> volume;  // a density volume to show in place of the map
     int samples = 4;                              // per pixel
+    uint64_t seed = 1;
     PhotonMapOptions photon_map;
 };
 

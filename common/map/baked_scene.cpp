@@ -17,7 +17,7 @@ Scene scene_of(const IlluminationMap& map, const std::filesystem::path& map_file
         throw Error(fmt::format("{}: its geometry {} is not there; give the file's place with --geometry",
                                 map_file.string(), geometry_file.string()));
     Scene scene = read_scene_text(map.description, map_file.string() + " (description)", folder,
-                                  {.photons = {}, .geometry = geometry_file});
+                                  {.geometry = geometry_file});
     if (scene.geometry_hash != map.geometry_hash)
         throw Error(
             fmt::format("{}: was baked from another geometry than {} holds now; bake again or give the right "

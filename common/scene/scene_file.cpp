@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/scene/scene_file.h"
 
+#include <map>
 #include <sstream>
 
 #include "common/core/file.h"
@@ -314,12 +315,26 @@ class DescriptionReader {
     bool thesis_ = false;
 };
 
-// Overrides are written into the description, so that a map's own description makes the same map.
-void apply_overrides(toml::table& root, const SceneOptions& options) {
-    if (!options.photons) return;
-    if (!root.contains("bake")) root.insert("bake", toml::table{});
-    if (toml::table* bake = root["bake"].as_table())
-        bake->insert_or_assign("photons", int64_t(*options.photons));
+void set(toml::table& table, const Setting& setting) {
+    const std::string assignment = setting.key + " = " + setting.value;
+    const toml::table parsed = parse(assignment, assignment);
+    if (setting.key == "cells") table.erase("cell_size");
+    if (setting.key == "cell_size") table.erase("cells");
+    table.insert_or_assign(setting.key, *parsed.get(setting.key));
+}
+
+void apply_settings(toml::table& root, const std::vector<Setting>& settings) {
+    for (const Setting& setting : settings) {
+        const std::string where = table_of_setting(setting.key);
+        if (where == "light") {
+            if (toml::array* lights = root["light"].as_array())
+                for (toml::node& light : *lights)
+                    if (light.is_table()) set(*light.as_table(), setting);
+            continue;
+        }
+        if (!root.contains(where)) root.insert(where, toml::table{});
+        if (toml::table* table = root[where].as_table()) set(*table, setting);
+    }
 }
 
 std::string text_of(const toml::table& root) {
@@ -330,13 +345,26 @@ std::string text_of(const toml::table& root) {
 
 }  // namespace
 
+std::string table_of_setting(const std::string& key) {
+    static const std::map<std::string, std::string> tables{
+        {"photons", "bake"}, {"components", "bake"}, {"degree", "bake"}, {"robust", "bake"},
+        {"store", "bake"},   {"seed", "bake"},       {"cells", "grid"},  {"cell_size", "grid"},
+        {"facings", "grid"}, {"estimator", "grid"},  {"radius", "grid"}, {"samples", "light"},
+        {"boxes", "light"}};
+    const auto found = tables.find(key);
+    if (found != tables.end()) return found->second;
+    std::string all;
+    for (const auto& [known, table] : tables) all += (all.empty() ? "" : ", ") + known;
+    throw UsageError(fmt::format("'{}' is no setting; allowed: {}", key, all));
+}
+
 Scene read_scene_text(const std::string& text, const std::string& name, const fs::path& folder,
                       const SceneOptions& options) {
     toml::table root = parse(text, name);
-    apply_overrides(root, options);
+    apply_settings(root, options.settings);
     Scene scene = DescriptionReader(root, name, folder, options).read();
     scene.description_file = name;
-    scene.description = options.photons ? text_of(root) : text;
+    scene.description = options.settings.empty() ? text : text_of(root);
     return scene;
 }
 

@@ -11,11 +11,20 @@
 
 namespace pim {
 
+// A key of [bake], [grid] or of every [[light]], such as "photons", and its value as TOML writes it.
+struct Setting {
+    std::string key, value;
+};
+
 struct SceneOptions {
-    std::optional<uint64_t> photons;                // in place of [bake] photons
+    std::vector<Setting> settings = {};             // in place of what the description says
     std::optional<std::filesystem::path> geometry;  // in place of [scene] geometry
 };
 
+// The table that a setting's key belongs to: "bake", "grid" or "light". Throws UsageError: no such key.
+std::string table_of_setting(const std::string& key);
+
+// Settings are written into Scene::description, so that it makes the same map by itself.
 // Reads the description and everything it names; says what was mended and what is not rendered. Throws Error.
 Scene read_scene(const std::filesystem::path& path, const SceneOptions& options = {});
 

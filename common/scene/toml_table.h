@@ -28,8 +28,9 @@ class TomlTable {
     [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
         const toml::node* node = table_.get(key);
         const auto line = node ? node->source().begin.line : table_.source().begin.line;
-        throw Error(
-            fmt::format("{}:{}: {}: {}", file_, line, name_.empty() ? key : name_ + "." + key, problem));
+        const std::string where =
+            line > 0 ? fmt::format("{}:{}", file_, line) : file_;  // 0: not from the file
+        throw Error(fmt::format("{}: {}: {}", where, name_.empty() ? key : name_ + "." + key, problem));
     }
 
     std::string text(const std::string& key, const std::string& fallback) {

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/reference.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "common/core/parallel.h"
+#include "common/core/progress.h"
+#include "common/render/camera_rays.h"
+#include "common/render/light_image.h"
+#include "common/render/path_radiance.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kSeed = 0x5eed;
+
+// A place in pixel p of the raster; the stream goes on from there.
+Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
+    const float x = float(int(p) % columns) + random.next();
+    return {x, float(int(p) / columns) + random.next()};
+}
+
+}  // namespace
+
+std::vector<LightState> unseen_lamps(const Scene& scene, const Solids& solids, int i) {
+    std::vector<LightState> states;
+    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+        const Light& light = scene.lights[l];
+        RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(l), uint64_t(i));
+        Vec3 position = light.position;
+        for (int attempt = 0; attempt < 64; ++attempt) {
+            for (int axis = 0; axis < 3; ++axis)
+                position[axis] =
+                    light.domain.min[axis] + (light.domain.max - light.domain.min)[axis] * random.next();
+            if (solids.containing(position).empty()) break;
+        }
+        states.push_back({position, light.power});
+    }
+    return states;
+}
+
+Reference::Reference(const Scene& scene, const RayCaster& caster, const Solids& solids,
+                     const EvaluateOptions& options)
+    : options_(options), cameras_(scene.cameras) {
+    Progress progress("tracing the reference", uint64_t(options.lights));
+    for (int i = 0; i < options.lights; ++i) {
+        lamps_.push_back(unseen_lamps(scene, solids, i));
+        for (int c = 0; c < cameras(); ++c) trace(scene, caster, i, c);
+        progress.advance();
+    }
+}
+
+Reference::Raster Reference::raster(const Camera& camera) const {
+    const double wanted = std::max(16.0, double(options_.pixels) / double(cameras_.size()));
+    const double aspect = double(camera.size.x) / double(camera.size.y);
+    const int columns = std::max(1, int(std::lround(std::sqrt(wanted * aspect))));
+    return {columns, std::max(1, int(std::lround(wanted / columns)))};
+}
+
+std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& renderer) const {
+    const auto [columns, rows] = raster(cameras_[std::size_t(camera)]);
+    const CameraRays rays(cameras_[std::size_t(camera)], {columns, rows});
+    std::vector<Rgb> colours(std::size_t(columns) * std::size_t(rows));
+    parallel_for(colours.size(), [&](std::size_t p) {
+        RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(view(position, camera) + 64), p);
+        const Vec2 place = place_in(random, p, columns);
+        colours[p] = renderer(rays.through(place.x, place.y), random);
+    });
+    return colours;
+}
+
+void Reference::trace(const Scene& scene, const RayCaster& caster, int position, int camera) {
+    const PathScene paths{scene, caster, lamps(position)};
+    const Camera& eye = cameras_[std::size_t(camera)];
+    const auto [columns, rows] = raster(eye);
+    const CameraRays rays(eye, {columns, rows});
+    const auto number = uint32_t(view(position, camera));
+    auto& pixels = pixels_.emplace_back(std::size_t(columns) * std::size_t(rows));
+    parallel_for(pixels.size(), [&, columns = columns, rows = rows](std::size_t p) {
+        RandomStream random(kSeed, RandomPurpose::evaluation, number + 64, p);
+        const Vec2 place = place_in(random, p, columns);
+        const Ray ray = rays.through(place.x, place.y);
+        ReferencePixel& pixel = pixels[p];
+        pixel.place = {std::min(place.x / float(columns), 0.99999f),
+                       std::min(place.y / float(rows), 0.99999f)};
+        const int half = std::max(1, options_.paths / 2);
+        for (int k = 0; k < 2 * half; ++k) {
+            RandomStream path(kSeed, RandomPurpose::reference, number, p << 20 | uint64_t(k));
+            const Seen seen = path_radiance(paths, ray, path);
+            pixel.surface = seen.surface;
+            pixel.all[k & 1] += seen.total / float(half);
+            pixel.indirect[k & 1] += seen.indirect / float(half);
+        }
+    });
+    if (!point_lamps_meet_specular(scene)) return;
+    // Light that only photons from the lamps find, from two independent images of the camera's own size.
+    for (uint32_t half = 0; half < 2; ++half) {
+        const Image image =
+            light_image(paths, eye, eye.size, uint64_t(options_.paths) * 4096, kSeed, 2 * number + half);
+        for (ReferencePixel& p : pixels) {
+            const Rgb& added =
+                image.at(int(p.place.x * float(image.width)), int(p.place.y * float(image.height)));
+            p.all[half] += added;
+            p.indirect[half] += added;
+        }
+    }
+}
+
+std::string Reference::key(const Scene& scene, const EvaluateOptions& o) {
+    const auto text = [](const Vec3& v) { return fmt::format("{},{},{} ", v.x, v.y, v.z); };
+    std::string key = fmt::format("{} {} {} {}\n", scene.geometry_hash, o.lights, o.pixels, o.paths);
+    for (const Light& light : scene.lights) {
+        key += text(light.domain.min) + text(light.domain.max) + text(light.position) + text(light.power);
+        if (const RectangleShape* r = light.rectangle())
+            key += text(r->axes[0] * r->size.x) + text(r->axes[1] * r->size.y) + text(r->normal);
+        key += "\n";
+    }
+    for (const Camera& c : scene.cameras)
+        key += text(c.eye) + text(c.target) + text(c.up) +
+               fmt::format("{} {}x{}\n", c.vertical_fov, c.size.x, c.size.y);
+    return key;
+}
+
+}  // namespace pim

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a map is held against: pixels and lamp positions that no fit has seen, and the radiance that path
+// tracing finds there.
+#pragma once
+
+#include <functional>
+
+#include "bake/evaluate.h"
+#include "common/core/random.h"
+#include "common/map/illumination_map.h"
+#include "common/scene/geometry_check.h"
+#include "common/transport/ray_caster.h"
+
+namespace pim {
+
+struct ReferencePixel {
+    Vec2 place{0};         // in the image, 0 to 1
+    bool surface = false;  // is any seen?
+    // Radiance, W/(m² sr), from two independent halves of the paths; all of it, and without the lamps' own.
+    std::array<Rgb, 2> all{Rgb(0), Rgb(0)}, indirect{Rgb(0), Rgb(0)};
+};
+
+class Reference {
+  public:
+    // Traces the paths. The arguments need not outlive it.
+    Reference(const Scene& scene, const RayCaster& caster, const Solids& solids,
+              const EvaluateOptions& options);
+
+    int positions() const { return int(lamps_.size()); }
+    int cameras() const { return int(cameras_.size()); }
+    const std::vector<LightState>& lamps(int position) const { return lamps_[std::size_t(position)]; }
+    const std::vector<ReferencePixel>& pixels(int position, int camera) const {
+        return pixels_[std::size_t(view(position, camera))];
+    }
+    // What another way of rendering sees along the same camera rays. Same random numbers at every call.
+    using Renderer = std::function<Rgb(const Ray&, RandomStream&)>;
+    std::vector<Rgb> seen(int position, int camera, const Renderer& renderer) const;
+
+    // Of all that decides what stands here.
+    static std::string key(const Scene& scene, const EvaluateOptions& options);
+
+  private:
+    struct Raster {
+        int columns, rows;
+    };
+    Raster raster(const Camera& camera) const;
+    int view(int position, int camera) const { return position * cameras() + camera; }
+    void trace(const Scene& scene, const RayCaster& caster, int position, int camera);
+
+    EvaluateOptions options_;
+    std::vector<Camera> cameras_;
+    std::vector<std::vector<LightState>> lamps_;       // [position]
+    std::vector<std::vector<ReferencePixel>> pixels_;  // [view]
+};
+
+// All lamps at once, uniform in their domains, outside solids.
+std::vector<LightState> unseen_lamps(const Scene& scene, const Solids& solids, int position);
+
+}  // namespace pim
