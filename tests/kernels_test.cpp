@@ -98,13 +98,50 @@ TEST_P(KernelsOf, EvaluateOneTermIsExact) {
         EXPECT_EQ(sum[std::size_t(i)], 2 + power[i / kLanes] * float(i)) << i;
 }
 
-// --- gather ---
+// --- pack and gather ---
+
+std::vector<Weight, LineAllocator<Weight>> random_weights(std::size_t count, Dice& dice) {
+    std::vector<Weight, LineAllocator<Weight>> weights;
+    for (std::size_t i = 0; i < count; ++i) weights.push_back(Weight(dice.between(0, kWeightSteps)));
+    return weights;
+}
+
+// Every sum from the first weight on is right to half a step, and so is each weight to a whole one; float
+// rounding of numbers up to 65535 is far below.
+TEST_P(KernelsOf, PackedWeightsKeepTheirSums) {
+    for (int entries = 1; entries <= kMostEntries; ++entries) {
+        Floats weights = random_floats(std::size_t(entries * kLanes), dice_, 0);
+        for (int lane = 0; lane < kLanes; ++lane) {
+            double sum = 0;
+            for (int e = 0; e < entries; ++e) {
+                if (e % 3 == 2) weights[std::size_t(e * kLanes + lane)] = 0;
+                sum += double(weights[std::size_t(e * kLanes + lane)]);
+            }
+            for (int e = 0; e < entries; ++e) weights[std::size_t(e * kLanes + lane)] /= float(sum);
+        }
+        std::vector<Weight, LineAllocator<Weight>> packed(weights.size());
+        own().pack(weights.data(), entries, packed.data());
+        for (int lane = 0; lane < kLanes; ++lane) {
+            double left = 0;
+            for (int e = 0; e < entries; ++e) {
+                const auto at = std::size_t(e * kLanes + lane);
+                left += double(weights[at]) * double(kWeightSteps) - double(packed[at]);
+                ASSERT_LE(std::abs(left), 0.5 + 0.01 * entries) << e << " of " << entries;
+                ASSERT_TRUE(weights[at] > 0 || packed[at] == 0);
+            }
+        }
+    }
+    Floats one(kLanes, 1.0f);
+    std::vector<Weight, LineAllocator<Weight>> packed(kLanes);
+    own().pack(one.data(), 1, packed.data());
+    for (const Weight w : packed) EXPECT_EQ(w, Weight(kWeightSteps));
+}
 
 TEST_P(KernelsOf, GatherSumsAllEntries) {
     Largest error("error_by_largest_term"), apart("from_plain_by_largest_term");
     for (int entries = 0; entries <= 48; ++entries)
         for (int repeat = 0; repeat < 10; ++repeat) {
-            const Floats weights = random_floats(std::size_t(entries * kLanes), dice_, 0);
+            const auto weights = random_weights(std::size_t(entries * kLanes), dice_);
             std::vector<float> values;
             for (int i = 0; i < 3 * entries; ++i) values.push_back(dice_.between(-0.2f, 1));
             Floats sum(3 * kLanes, 9.0f), reference(3 * kLanes);
@@ -114,13 +151,13 @@ TEST_P(KernelsOf, GatherSumsAllEntries) {
                 for (int lane = 0; lane < kLanes; ++lane) {
                     double expected = 0, magnitude = 0, largest = 0;
                     for (int e = 0; e < entries; ++e) {
-                        const double term = double(weights[std::size_t(e * kLanes + lane)]) *
-                                            double(values[std::size_t(3 * e + c)]);
+                        const double term = double(weights[std::size_t(e * kLanes + lane)]) /
+                                            double(kWeightSteps) * double(values[std::size_t(3 * e + c)]);
                         expected += term, magnitude += std::abs(term);
                         largest = std::max(largest, std::abs(term));
                     }
                     const auto at = std::size_t(c * kLanes + lane);
-                    ASSERT_NEAR(sum[at], expected, (entries + 1) * kRound * magnitude);
+                    ASSERT_NEAR(sum[at], expected, (entries + 3) * kRound * magnitude);
                     ASSERT_NEAR(sum[at], reference[at], 1e-5 * largest);
                     if (largest > 0) error.add((double(sum[at]) - expected) / largest);
                     if (largest > 0) apart.add((double(sum[at]) - double(reference[at])) / largest);

@@ -49,17 +49,20 @@ void for_each_point(const ViewTile& tile, Each each) {
         ASSERT_LE(g.first_patch + g.patches, tile.patches.size());
         for (std::size_t slot = g.first_block * kLanes; slot < blocks * kLanes; ++slot) {
             const std::size_t block = slot / kLanes, lane = slot % kLanes;
-            Rgb factor;
-            for (int c = 0; c < 3; ++c)
-                factor[c] = tile.factors[(block * 3 + std::size_t(c)) * kLanes + lane];
+            const bool mixed = g.first_factor != PointGroup::kOneFactor;
+            Rgb factor = g.factor;
+            for (int c = 0; c < 3 && mixed; ++c)
+                factor[c] = tile.factors[g.first_factor +
+                                         ((block - g.first_block) * 3 + std::size_t(c)) * kLanes + lane];
             if (tile.pixels[slot] == kNoPixel) {
-                ASSERT_EQ(factor, Rgb(0));
+                ASSERT_TRUE(!mixed || factor == Rgb(0));
                 continue;
             }
             std::map<uint32_t, double> weights;
             const std::size_t first = g.first_weight + (block - g.first_block) * g.patches * kLanes;
             for (uint32_t p = 0; p < g.patches; ++p)
-                weights[tile.patches[g.first_patch + p]] += double(tile.weights[first + p * kLanes + lane]);
+                weights[tile.patches[g.first_patch + p]] +=
+                    double(tile.weights[first + p * kLanes + lane]) / double(kWeightSteps);
             each(int(tile.pixels[slot]), weights, factor);
         }
     }

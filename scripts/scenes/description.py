@@ -121,15 +121,15 @@ def description_text(scene, description):
 
 
 def counts(scene):
-    """Objects, vertices stored, triangles."""
-    vertices = sum(len(mesh.positions) for mesh in scene.meshes)
+    """Objects, their vertices (a place counts once, however many normals meet there), triangles."""
+    vertices = sum(len({tuple(p) for p in mesh.positions}) for mesh in scene.meshes)
     return len(scene.meshes), vertices, sum(len(mesh.triangles) for mesh in scene.meshes)
 
 
 def readme_text(scene):
     objects, vertices, triangles = counts(scene)
     lines = [f"# {scene.title}", "", scene.about.strip(), ""]
-    lines += ["| | |", "|---|---|", f"| objects | {objects} |", f"| vertices stored | {vertices:,} |"]
+    lines += ["| | |", "|---|---|", f"| objects | {objects} |", f"| vertices | {vertices:,} |"]
     lines += [f"| triangles | {triangles:,} |", "| units | metres, y up |"]
     for name, description in scene.descriptions.items():
         (nx, ny, nz), size = grid_counts(description, scene.meshes)

@@ -6,18 +6,28 @@ import math
 from scenes.mesh import Mesh, add, cross, dot, normalized, scaled, subtract
 
 
+def with_caps(profile):
+    """Flat ends are flat: their rims are creases."""
+    creased = []
+    for i, point in enumerate(profile):
+        creased.append(point)
+        ends_cap = i == 1 and profile[0] == (0.0, point[1]) and point != profile[2]
+        begins_cap = i == len(profile) - 2 and profile[-1] == (0.0, point[1]) and point != profile[i - 1]
+        if ends_cap or begins_cap:
+            creased.append(point)
+    return creased
+
+
 def profile_normals(profile):
-    """Unit normals (radial, y) of a profile's points: the mean of the segments beside each, flat end caps left out."""
+    """Unit normals (radial, y) of a profile's points: the mean of the segments beside each."""
     segments = []
     for (r0, y0), (r1, y1) in zip(profile, profile[1:]):
         length = math.hypot(r1 - r0, y1 - y0)
-        cap = y0 == y1 and (r0 == 0.0 or r1 == 0.0)
-        segments.append(((y1 - y0) / length, (r0 - r1) / length, cap) if length > 0.0 else None)
+        segments.append(((y1 - y0) / length, (r0 - r1) / length) if length > 0.0 else None)
     normals = []
     for i, (radius, _) in enumerate(profile):
         beside = [s for s in (segments[i - 1] if i else None, segments[i] if i < len(segments) else None) if s]
-        walls = [s for s in beside if not s[2]] or beside
-        nr, ny = sum(s[0] for s in walls), sum(s[1] for s in walls)
+        nr, ny = sum(s[0] for s in beside), sum(s[1] for s in beside)
         if radius == 0.0:
             nr = 0.0
         length = math.hypot(nr, ny)
@@ -29,6 +39,7 @@ def lathe(name, material, profile, segments, centre=(0.0, 0.0, 0.0), flutes=None
     """Smooth solid of revolution about a vertical axis. The profile (radius, y) runs from the lower pole, radius 0,
     to the upper; a point given twice is a crease. `flutes` = (count, depth, y0, y1) makes the radius wave."""
     positions, normals, rings = [], [], []
+    profile = with_caps(profile)
     for (radius, y), (nr, ny) in zip(profile, profile_normals(profile)):
         rings.append(len(positions))
         for j in range(segments if radius > 0.0 else 1):

@@ -8,8 +8,7 @@ from scenes.mesh import Mesh, normalized
 
 def groin_vault(name, material, centre, half, spring, rise, top, steps):
     """Solid over the bay of half extents (x, z) about `centre` (x, z): vaulted below, flat at the height `top`.
-    Smooth but for the groins, where its four sectors meet; sides and top, which walls and roof hide, have no
-    vertices of their own along the arches."""
+    Smooth but for the groins, where its four sectors meet, and the edges."""
     mesh = Mesh(name, material, [(centre[0], top, centre[1])], [], [(0.0, 1.0, 0.0)])
     for quarter in range(4):
         add_sector(mesh, centre, half, spring, rise, steps, quarter)
@@ -48,10 +47,12 @@ def add_sector(mesh, centre, half, spring, rise, steps, quarter):
 def add_side(mesh, top, steps, quarter):
     """The upright side over the arch that ends the sector made last, and the part of the flat top beside it."""
     count = 2 * steps + 1
-    high, low = len(mesh.positions), len(mesh.positions) - count
+    arch = mesh.positions[-count:]
+    above = [(x, top, z) for x, _, z in arch]
+    low, high, flat = (len(mesh.positions) + i * count for i in range(3))
     nx, nz = turned(1.0, 0.0, quarter)
-    mesh.positions += [(x, top, z) for x, _, z in mesh.positions[low:]]
-    mesh.normals += [(nx, 0.0, nz)] * count
+    mesh.positions += arch + above + above
+    mesh.normals += [(nx, 0.0, nz)] * (2 * count) + [(0.0, 1.0, 0.0)] * count
     for j in range(count - 1):
         mesh.triangles += [(low + j, high + j + 1, low + j + 1), (low + j, high + j, high + j + 1)]
-        mesh.triangles.append((0, high + j + 1, high + j))
+        mesh.triangles.append((0, flat + j + 1, flat + j))

@@ -34,4 +34,14 @@ struct LineAllocator {
 template <class T>
 using AlignedVector = std::vector<T, LineAllocator<T>>;
 
+// To another size, what it held is lost: takes little more memory than that, where resize() may double it.
+template <class T>
+void reshape(AlignedVector<T>& v, std::size_t size) {
+    if (size > v.capacity()) {
+        v = {};
+        v.reserve(size + size / 8);
+    }
+    v.resize(size);
+}
+
 }  // namespace pim

@@ -28,6 +28,11 @@ struct StencilEntry {
     bool is_paired;    // this entry and the next are the layers of one cell and facing
 };
 
+inline constexpr int kMostEntries = 48;  // of a stencil: 8 cells, 3 facings, 2 layers
+
+using Weight = uint16_t;
+inline constexpr float kWeightSteps = 65535;
+
 // A block of kLanes points: [0..2] place in the stencil, cells; [3..5] unit shading normal.
 inline constexpr int kPlaceRows = 6;
 // A block of kLanes surfaces for shadow rays: position, shading normal, geometric normal.
@@ -76,8 +81,12 @@ struct Kernels {
     // weights[entry][lane] of one block of points; they add to 1, or are all 0.
     void (*weigh)(const StencilEntry* entries, int count, float facing_threshold, const float* places,
                   float* weights);
+    // Weights from 0 to 1 as kept for each point seen: in steps of 1 / kWeightSteps, what rounding leaves
+    // goes on to the next entry, so that sums of 1 stay 1. Weights
+    // of 0 stay 0.
+    void (*pack)(const float* weights, int entries, Weight* packed);
     // sum[channel][lane] = Σ_e weights[e][lane] · values[e][channel].
-    void (*gather)(const float* weights, const float* values, int entries, float* sum);
+    void (*gather)(const Weight* weights, const float* values, int entries, float* sum);
     // Rays from a block of surfaces to targets[axis][lane], started `offset` off the surface. `lamp_normal`:
     // of a one-sided rectangle, whose cosine enters the term; null for a point lamp.
     void (*aim)(const float* surfaces, const float* targets, const float* lamp_normal, float offset,

@@ -4,6 +4,7 @@
 
 typedef float Lanes __attribute__((vector_size(4 * kLanes)));
 typedef int32_t LanesInt __attribute__((vector_size(4 * kLanes)));
+typedef Weight LanesWeight __attribute__((vector_size(sizeof(Weight) * kLanes)));
 
 #define PIM_INLINE static inline __attribute__((always_inline))
 
@@ -146,17 +147,29 @@ static void locate(const TriangleRow* triangles, const HitLanes& hits, const Gri
     *reinterpret_cast<LanesInt*>(cells + 3 * kLanes) = grid.facings ? mask : LanesInt{} + 1;
 }
 
-static void gather(const float* weights, const float* values, int entries, float* sum) {
+static void pack(const float* weights, int entries, Weight* packed) {
+    Lanes rest{};
+    for (int e = 0; e < entries; ++e, weights += kLanes, packed += kLanes) {
+        const Lanes wanted = at(weights) * kWeightSteps + rest, nothing{};
+        const LanesInt steps = __builtin_convertvector(at(weights) > 0 ? wanted + 0.5f : nothing, LanesInt);
+        rest = wanted - __builtin_convertvector(steps, Lanes);
+        *reinterpret_cast<LanesWeight*>(packed) = __builtin_convertvector(steps, LanesWeight);
+    }
+}
+
+static void gather(const Weight* weights, const float* values, int entries, float* sum) {
     Lanes r{}, g{}, b{};
     for (int e = 0; e < entries; ++e, values += 3) {
-        const Lanes& w = at(weights + e * kLanes);
+        const Lanes w = __builtin_convertvector(
+            __builtin_convertvector(*reinterpret_cast<const LanesWeight*>(weights + e * kLanes), LanesInt),
+            Lanes);
         r += w * values[0];
         g += w * values[1];
         b += w * values[2];
     }
-    at(sum) = r;
-    at(sum + kLanes) = g;
-    at(sum + 2 * kLanes) = b;
+    at(sum) = r * (1 / kWeightSteps);
+    at(sum + kLanes) = g * (1 / kWeightSteps);
+    at(sum + 2 * kLanes) = b * (1 / kWeightSteps);
 }
 
 static void aim(const float* s, const float* targets, const float* lamp_normal, float offset,
@@ -205,4 +218,4 @@ static void encode(const float* linear, float exposure, int curve, uint32_t* rgb
 }
 
 extern const Kernels kKernels;
-const Kernels kKernels{evaluate, locate, weigh, gather, aim, encode};
+const Kernels kKernels{evaluate, locate, weigh, pack, gather, aim, encode};

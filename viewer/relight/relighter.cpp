@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kShadowRows = 2;  // rectangular lamps take so many squared shadow rays per point and pass
 constexpr std::size_t kBlocksAtOnce = 16;
-constexpr int kMostEntries = 48;  // 8 cells, 3 facings, 2 layers
 
 bool same_view(const Camera& a, const Camera& b) {
     return a.eye == b.eye && a.target == b.target && a.up == b.up && a.vertical_fov == b.vertical_fov;
@@ -262,7 +261,7 @@ void Relighter::shade(const ViewTile& tile, const LampTerms& terms, Sink sink) c
         if (trust) fetch(blocks_.residual, group, residuals);
         for (uint32_t b = 0; b < group.blocks; ++b) {
             const std::size_t block = group.first_block + b;
-            const float* weights =
+            const Weight* weights =
                 tile.weights.data() + group.first_weight + std::size_t(b) * group.patches * kLanes;
             kernels_.gather(weights, values, int(group.patches), sum);
             for (std::size_t l = 0; l < terms.size(); ++l) {
@@ -276,8 +275,12 @@ void Relighter::shade(const ViewTile& tile, const LampTerms& terms, Sink sink) c
                 kernels_.gather(weights, residuals, int(group.patches), residual);
                 for (int i = 0; i < 3 * kLanes; ++i) sum[i] = sum[i] > 0 ? residual[i] / sum[i] : 0;
             }
-            const float* factor = &tile.factors[block * 3 * kLanes];
-            for (int i = 0; i < 3 * kLanes; ++i) sum[i] *= factor[i];
+            if (group.first_factor == PointGroup::kOneFactor) {
+                for (int i = 0; i < 3 * kLanes; ++i) sum[i] *= group.factor[i / kLanes];
+            } else {
+                const float* factor = &tile.factors[group.first_factor + std::size_t(b) * 3 * kLanes];
+                for (int i = 0; i < 3 * kLanes; ++i) sum[i] *= factor[i];
+            }
             sink(sum, &tile.pixels[block * kLanes]);
         }
     }

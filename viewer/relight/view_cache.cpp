@@ -75,6 +75,8 @@ struct Scratch {
     uint32_t spare_block = 0;
     std::vector<const Stencil*> groups;
     std::vector<uint32_t> counts, next;
+    std::vector<Rgb> factors;    // of a group's first point
+    std::vector<uint8_t> mixed;  // do its points differ in that?
     AlignedVector<float> places;
 };
 
@@ -83,8 +85,8 @@ constexpr std::size_t kMostStencils = 1 << 17;
 }  // namespace
 
 std::size_t ViewTile::bytes() const {
-    return (weights.size() + factors.size() + surfaces.size() + patches.size()) * 4 + pixels.size() * 2 +
-           groups.size() * sizeof(PointGroup) + segments.size() * sizeof(Segment);
+    return weights.size() * sizeof(Weight) + (factors.size() + surfaces.size() + patches.size()) * 4 +
+           pixels.size() * 2 + groups.size() * sizeof(PointGroup) + segments.size() * sizeof(Segment);
 }
 
 class TileBuilder {
@@ -101,6 +103,8 @@ class TileBuilder {
         scratch.points.clear();
         scratch.groups.clear();
         scratch.counts.clear();
+        scratch.factors.clear();
+        scratch.mixed.clear();
         scratch.blocks = scratch.spare_lanes = 0;
         tile.segments.clear();
     }
@@ -225,7 +229,10 @@ class TileBuilder {
         const bool outside =
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
         const uint32_t group = outside ? group_of(Index3(-1), 0) : group_of(low, mask);
-        ++scratch_.counts[group];
+        if (scratch_.counts[group]++ == 0)
+            scratch_.factors[group] = factor;
+        else if (factor != scratch_.factors[group])
+            scratch_.mixed[group] = true;
         scratch_.points.push_back({slot, group, factor, pixel_});
     }
 
@@ -245,20 +252,25 @@ class TileBuilder {
             stencil.group = uint32_t(scratch_.groups.size());
             scratch_.groups.push_back(&stencil);
             scratch_.counts.push_back(0);
+            scratch_.factors.emplace_back(0.0f);
+            scratch_.mixed.push_back(false);
         }
         return last_group_ = recent.group = stencil.group;
     }
 
     // From points in order of pixels to blocks in order of groups.
     void lay_out() {
-        std::size_t blocks = 0, weights = 0, patches = 0;
+        std::size_t blocks = 0, weights = 0, patches = 0, factors = 0;
         scratch_.next.clear();
         tile_.groups.clear();
         tile_.patches.clear();
         for (std::size_t g = 0; g < scratch_.groups.size(); ++g) {
             const auto entries = uint32_t(scratch_.groups[g]->entries.size());
             const uint32_t own = (scratch_.counts[g] + kLanes - 1) / kLanes;
-            tile_.groups.push_back({uint32_t(patches), entries, uint32_t(blocks), own, uint32_t(weights)});
+            tile_.groups.push_back({uint32_t(patches), entries, uint32_t(blocks), own, uint32_t(weights),
+                                    scratch_.factors[g],
+                                    scratch_.mixed[g] ? uint32_t(factors) : PointGroup::kOneFactor});
+            if (scratch_.mixed[g]) factors += std::size_t(own) * 3 * kLanes;
             tile_.patches.insert(tile_.patches.end(), scratch_.groups[g]->patches.begin(),
                                  scratch_.groups[g]->patches.end());
             scratch_.next.push_back(uint32_t(blocks * kLanes));
@@ -266,21 +278,27 @@ class TileBuilder {
             blocks += own;
             weights += std::size_t(own) * entries * kLanes;
         }
-        scratch_.places.resize(blocks * kPlaceRows * kLanes);
+        reshape(scratch_.places, blocks * kPlaceRows * kLanes);
         tile_.pixels.assign(blocks * kLanes, kNoPixel);
-        tile_.factors.resize(blocks * 3 * kLanes);
-        tile_.surfaces.resize(options_.surfaces ? blocks * kSurfaceRows * kLanes : 0);
-        tile_.weights.resize(weights);
+        reshape(tile_.factors, factors);
+        reshape(tile_.surfaces, options_.surfaces ? blocks * kSurfaceRows * kLanes : 0);
+        reshape(tile_.weights, weights);
         for (const PointGroup& g : tile_.groups) clear_last_block(g);
         fill_blocks();
         weigh();
+    }
+
+    // Where those of a block's points stand; null: they are the group's.
+    float* factors_of(const PointGroup& group, std::size_t block) {
+        if (group.first_factor == PointGroup::kOneFactor) return nullptr;
+        return &tile_.factors[group.first_factor + (block - group.first_block) * 3 * kLanes];
     }
 
     // Lanes behind the last point are black.
     void clear_last_block(const PointGroup& group) {
         const std::size_t block = group.first_block + group.blocks - 1;
         std::fill_n(&scratch_.places[block * kPlaceRows * kLanes], kPlaceRows * kLanes, 0.0f);
-        std::fill_n(&tile_.factors[block * 3 * kLanes], 3 * kLanes, 0.0f);
+        if (float* factors = factors_of(group, block)) std::fill_n(factors, 3 * kLanes, 0.0f);
         if (options_.surfaces)
             std::fill_n(&tile_.surfaces[block * kSurfaceRows * kLanes], kSurfaceRows * kLanes, 0.0f);
     }
@@ -296,9 +314,9 @@ class TileBuilder {
             const float* from =
                 &scratch_.rows[std::size_t(p.slot / kLanes) * kLocatedRows * kLanes + p.slot % kLanes];
             float* place = &scratch_.places[std::size_t(block) * kPlaceRows * kLanes + lane];
-            float* factor = &tile_.factors[std::size_t(block) * 3 * kLanes + lane];
+            if (float* factors = factors_of(tile_.groups[p.group], block))
+                for (int c = 0; c < 3; ++c) factors[c * kLanes + lane] = p.factor[c];
             for (int c = 0; c < 3; ++c) {
-                factor[c * kLanes] = p.factor[c];
                 place[c * kLanes] = from[(9 + c) * kLanes];
                 place[(3 + c) * kLanes] = from[(3 + c) * kLanes];
             }
@@ -311,11 +329,15 @@ class TileBuilder {
     void weigh() {
         for (std::size_t g = 0; g < tile_.groups.size(); ++g) {
             const PointGroup& group = tile_.groups[g];
-            for (uint32_t b = 0; b < group.blocks && group.patches > 0; ++b)
+            for (uint32_t b = 0; b < group.blocks && group.patches > 0; ++b) {
+                alignas(64) float weights[kMostEntries * kLanes];
                 view_.kernels_.weigh(
                     scratch_.groups[g]->entries.data(), int(group.patches), kFacingThreshold,
-                    &scratch_.places[std::size_t(group.first_block + b) * kPlaceRows * kLanes],
+                    &scratch_.places[std::size_t(group.first_block + b) * kPlaceRows * kLanes], weights);
+                view_.kernels_.pack(
+                    weights, int(group.patches),
                     &tile_.weights[group.first_weight + std::size_t(b) * group.patches * kLanes]);
+            }
         }
     }
 
@@ -349,6 +371,7 @@ ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const Illu
         plain_.push_back(!m.glass && is_black(m.specular) && !m.texture ? std::optional<Rgb>(m.diffuse / kPi)
                                                                         : std::nullopt);
     const Geometry& g = scene.geometry;
+    triangles_.reserve(g.triangles.size());
     for (uint32_t t = 0; t < g.triangles.size(); ++t) {
         const auto corners = g.corners(t);
         const auto& v = g.triangles[t].vertices;

@@ -19,7 +19,11 @@ inline constexpr uint16_t kNoPixel = 0xffff;
 struct PointGroup {
     uint32_t first_patch, patches;  // in ViewTile::patches
     uint32_t first_block, blocks;
-    uint32_t first_weight;  // in ViewTile::weights: [block][patch][lane]
+    uint32_t first_weight;               // in ViewTile::weights: [block][patch][lane]
+    Rgb factor;                          // radiance per irradiance, or 1: of all points, if
+    uint32_t first_factor = kOneFactor;  // does not say where in ViewTile::factors theirs begin
+
+    static constexpr uint32_t kOneFactor = ~0u;
 };
 
 // A stretch of a ray that meets nothing before `until`: for lamps that are seen.
@@ -36,8 +40,8 @@ struct ViewTile {
     bool one_point_per_pixel = true;
     std::vector<PointGroup> groups;
     std::vector<uint32_t> patches;
-    AlignedVector<float> weights;
-    AlignedVector<float> factors;   // [block][channel][lane]: radiance per irradiance, or 1
+    AlignedVector<Weight> weights;
+    AlignedVector<float> factors;   // [block][channel][lane], of groups whose points differ
     AlignedVector<float> surfaces;  // [block][row of kSurfaceRows][lane], if asked for
     std::vector<uint16_t> pixels;   // [block][lane]: y · kTileSize + x in the tile; kNoPixel: padding
     std::vector<Segment> segments;  // if asked for
