@@ -146,40 +146,23 @@ class Bake {
         return map;
     }
 
-    MapLight fit_light(int number) {
-        const Light& light = scene_.lights[number];
-        MapLight map_light{light.name, light.domain, split_domain(light.domain, light.boxes), {}, {}};
-        map_light.type = light.rectangle() ? "rectangle" : "point";
-        map_light.power = light.power;
-        for (const MapBox& box : map_light.boxes) {
-            std::vector<LightSample> inside;
-            for (const LightSample& s : samples_)
-                if (s.light == number && box.contains(Vec3d(s.position))) inside.push_back(s);
-            fit_box_of(map_light, box, inside);
-        }
-        return map_light;
-    }
-
-    void fit_box_of(MapLight& light, const MapBox& box, const std::vector<LightSample>& inside) {
-        std::vector<Vec3> positions;
-        for (const LightSample& s : inside) positions.push_back(s.position);
+    MapLight fit_light(int number) const {
+        std::vector<LightSample> own;
+        for (const LightSample& s : samples_)
+            if (s.light == number) own.push_back(s);
         const Neighbourhoods shared =
             scene_.bake.shrinkage ? neighbourhoods(cells_.index, cells_.patches) : Neighbourhoods{};
-        auto& polynomials = light.polynomials.emplace_back();
-        FitStatistics statistics;
-        for (const Component c : scene_.bake.components) {
-            BoxFit fit = pim::fit_box(
-                box, positions, scene_.bake.degree, cells_.patches.size(),
-                [&](std::size_t i) { return work_.read_density(scene_, cells_, inside[i], c); }, shared);
-            statistics = fit.statistics;
-            polynomials[int(c)] = std::move(fit.polynomials);
+        MapLight light = pim::fit_light(
+            scene_.lights[number], scene_.bake, own, cells_.patches.size(), shared,
+            [&](const LightSample& s, Component c) { return work_.read_density(scene_, cells_, s, c); });
+        for (std::size_t b = 0; b < light.boxes.size(); ++b) {
+            const int terms = int(terms_of(scene_.bake.degree, light.boxes[b].moves()).size());
+            if (light.fits[b].rank < terms)
+                log_warning(fmt::format(
+                    "light '{}', box {}: its {} positions determine {} of {} terms; the others are 0",
+                    light.name, b, light.fits[b].samples, light.fits[b].rank, terms));
         }
-        light.fits.push_back(statistics);
-        const int terms = int(terms_of(scene_.bake.degree, box.moves()).size());
-        if (statistics.rank < terms)
-            log_warning(
-                fmt::format("light '{}', box {}: its {} positions determine {} of {} terms; the others are 0",
-                            light.name, light.fits.size() - 1, statistics.samples, statistics.rank, terms));
+        return light;
     }
 
     void note_seconds(const char* key, double seconds) {

@@ -52,7 +52,7 @@ class Tracer {
             for (const Component c : scene_.bake.components) chunk.sums[int(c)].resize(cells_.patches.size());
         const auto landed = [&](const Landing& landing) { deposit(landing, chunk); };
         for (uint64_t photon = begin; photon < end; ++photon) {
-            RandomStream random(scene_.bake.seed, RandomPurpose::photons, stream(), photon);
+            RandomStream random(scene_.bake.seed, RandomPurpose::photons, photon_stream(sample_), photon);
             trace_photon(scene_, caster_, scene_.lights[sample_.light], sample_.position, random, landed,
                          chunk.account);
         }
@@ -60,36 +60,20 @@ class Tracer {
     }
 
   private:
-    uint32_t stream() const { return (uint32_t(sample_.light) << 20 ^ uint32_t(sample_.number)) & 0x3ffffff; }
-
     void deposit(const Landing& landing, Chunk& chunk) const {
         const Component component = landing.straight ? Component::direct : Component::indirect;
         if (std::ranges::find(scene_.bake.components, component) == scene_.bake.components.end()) return;
-        Rgb flux = landing.flux;
-        if (scene_.bake.store == Store::absorbed) {
-            if (!landing.ends) return;
-            flux /= landing.chance_of_ending;
-        }
         const SurfacePoint& s = landing.surface;
-        const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
-        if (!fine || !s.material->receives()) return;
-        const Index3 cell = cell_of_fine(*fine);
-        const auto* patches = cells_.index.find_cell(cell);
-        if (!patches) return;
-        if (!cells_.left_out.empty() &&
-            cells_.is_left_out(fragment_key(cells_.grid, s.triangle, s.side, *fine)))
-            return;
-        const FacingWeights facing = facing_weights(cells_.grid, s.shading_normal);
-        if (scene_.grid.estimator == Estimator::sphere) {
-            chunk.photons.push_back({s.position, flux, facing, component});
-            return;
-        }
-        const Vec3 from_centre(Vec3d(s.position) - cells_.grid.centre(cell));
-        for (int f = 0; f < kFacingCount; ++f) {
-            if (!(facing.weight[f] > 0)) continue;
-            const int patch = cells_.patch_at(*patches, f, from_centre);
-            if (patch >= 0) chunk.sums[int(component)].add(std::size_t(patch), flux * facing.weight[f]);
-        }
+        const auto flux = stored_flux(landing, scene_.bake.store);
+        const auto cell = flux ? counted_cell(cells_, surface_, s) : std::nullopt;
+        if (!cell) return;
+        if (scene_.grid.estimator == Estimator::sphere)
+            chunk.photons.push_back(
+                {s.position, *flux, facing_weights(cells_.grid, s.shading_normal), component});
+        else
+            for_each_patch_at(cells_, *cell, s, [&](std::size_t patch, float share) {
+                chunk.sums[int(component)].add(patch, *flux * share);
+            });
     }
 
     const Scene& scene_;
@@ -153,6 +137,25 @@ void densities_by_sphere(const Scene& scene, const Cells& cells, const std::vect
 }
 
 }  // namespace
+
+std::optional<Index3> counted_cell(const Cells& cells, const SurfaceCells& surface, const SurfacePoint& s) {
+    const auto fine = surface.fine_cell(s.triangle, s.side, s.position);
+    if (!fine || !s.material->receives()) return std::nullopt;
+    const Index3 cell = cell_of_fine(*fine);
+    if (!cells.index.find_cell(cell)) return std::nullopt;
+    if (!cells.left_out.empty() && cells.is_left_out(fragment_key(cells.grid, s.triangle, s.side, *fine)))
+        return std::nullopt;
+    return cell;
+}
+
+std::optional<Rgb> stored_flux(const Landing& landing, Store store) {
+    if (store == Store::incident) return landing.flux;
+    return landing.ends ? std::optional(landing.flux / landing.chance_of_ending) : std::nullopt;
+}
+
+uint32_t photon_stream(const LightSample& sample) {
+    return (uint32_t(sample.light) << 20 ^ uint32_t(sample.number)) & 0x3ffffff;
+}
 
 DensityVolume trace_density(const Scene& scene, const RayCaster& caster, const Cells& cells,
                             const SurfaceCells& surface, const LightSample& sample) {

@@ -167,4 +167,27 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
     return fit;
 }
 
+MapLight fit_light(const Light& light, const BakeSettings& settings, const std::vector<LightSample>& samples,
+                   std::size_t patch_count, const Neighbourhoods& shared, const DensityReader& density) {
+    MapLight fitted{light.name, light.domain, split_domain(light.domain, light.boxes), {}, {}};
+    fitted.type = light.rectangle() ? "rectangle" : "point";
+    fitted.power = light.power;
+    for (const MapBox& box : fitted.boxes) {
+        std::vector<LightSample> inside;
+        std::vector<Vec3> positions;
+        for (const LightSample& s : samples)
+            if (box.contains(Vec3d(s.position))) inside.push_back(s), positions.push_back(s.position);
+        auto& polynomials = fitted.polynomials.emplace_back();
+        auto& statistics = fitted.fits.emplace_back();
+        for (const Component c : settings.components) {
+            BoxFit fit = fit_box(
+                box, positions, settings.degree, patch_count,
+                [&](std::size_t i) { return density(inside[i], c); }, shared);
+            statistics = fit.statistics;
+            polynomials[int(c)] = std::move(fit.polynomials);
+        }
+    }
+    return fitted;
+}
+
 }  // namespace pim

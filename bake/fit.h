@@ -9,7 +9,7 @@
 
 namespace pim {
 
-// Values of all patches for sample i, [patch][channel].
+// Values of all patches for sample i, [patch][3 channels].
 using VolumeReader = std::function<std::vector<float>(std::size_t sample)>;
 
 struct BoxFit {
@@ -35,5 +35,12 @@ Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>&
 // with the patches, not with the samples.
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int degree, std::size_t patch_count,
                const VolumeReader& read_volume, const Neighbourhoods& shared);
+
+// [patch][3 channels] of one lamp position.
+using DensityReader = std::function<std::vector<float>(const LightSample&, Component)>;
+
+// A fit for each box and component of a lamp; `samples` are the positions of that lamp.
+MapLight fit_light(const Light& light, const BakeSettings& settings, const std::vector<LightSample>& samples,
+                   std::size_t patch_count, const Neighbourhoods& shared, const DensityReader& density);
 
 }  // namespace pim

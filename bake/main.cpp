@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "bake/bake.h"
+#include "bake/error_parts.h"
 #include "bake/evaluate.h"
 #include "bake/info.h"
 #include "bake/plan.h"
@@ -24,6 +25,9 @@ struct Arguments {
     uint64_t photons = 0;
     bool overwrite = false, clean = false, json = false;
     EvaluateOptions evaluate;
+    bool parts = false;
+    std::string pictures;
+    int own_photons = ErrorPartsOptions{}.photons;
     std::vector<std::string> axes;
     std::string geometry;
 };
@@ -76,6 +80,12 @@ void add_evaluation_options(CLI::App* sub, Arguments& a) {
         ->capture_default_str();
 }
 
+ErrorPartsOptions parts_options(const Arguments& a, const EvaluateOptions& evaluate) {
+    ErrorPartsOptions options{.evaluate = evaluate, .photons = a.own_photons, .pictures = {}};
+    if (!a.pictures.empty()) options.pictures = a.pictures;
+    return options;
+}
+
 SweepOptions sweep_options(const Arguments& a) {
     SweepOptions options;
     for (const std::string& axis : a.axes) options.axes.push_back(parse_axis(axis));
@@ -122,9 +132,18 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                     "FILE.vdb", [](const Arguments& x) {
                         EvaluateOptions options = x.evaluate;
                         if (!x.geometry.empty()) options.geometry = x.geometry;
-                        print(Evaluator(options).evaluate(x.input), x.json, evaluation_text);
+                        if (x.parts || !x.pictures.empty())
+                            print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
+                        else
+                            print(Evaluator(options).evaluate(x.input), x.json, evaluation_text);
                     });
     add_evaluation_options(evaluate, a);
+    evaluate->add_flag("--parts", a.parts, "where the error is: noise, polynomial, leak, grid");
+    evaluate->add_option("--pictures", a.pictures, "with --parts: a folder for pictures of them");
+    evaluate
+        ->add_option("--own-photons", a.own_photons, "with --parts: of a volume of its own, times the bake's")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
     evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
     evaluate->add_flag("--json", a.json, "as JSON");
 

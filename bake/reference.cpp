@@ -52,7 +52,8 @@ Reference::Reference(const Scene& scene, const RayCaster& caster, const Solids& 
     }
 }
 
-Reference::Raster Reference::raster(const Camera& camera) const {
+Imath::V2i Reference::size(int number) const {
+    const Camera& camera = cameras_[std::size_t(number)];
     const double wanted = std::max(16.0, double(options_.pixels) / double(cameras_.size()));
     const double aspect = double(camera.size.x) / double(camera.size.y);
     const int columns = std::max(1, int(std::lround(std::sqrt(wanted * aspect))));
@@ -60,7 +61,7 @@ Reference::Raster Reference::raster(const Camera& camera) const {
 }
 
 std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& renderer) const {
-    const auto [columns, rows] = raster(cameras_[std::size_t(camera)]);
+    const int columns = size(camera).x, rows = size(camera).y;
     const CameraRays rays(cameras_[std::size_t(camera)], {columns, rows});
     std::vector<Rgb> colours(std::size_t(columns) * std::size_t(rows));
     parallel_for(colours.size(), [&](std::size_t p) {
@@ -74,11 +75,11 @@ std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& rende
 void Reference::trace(const Scene& scene, const RayCaster& caster, int position, int camera) {
     const PathScene paths{scene, caster, lamps(position)};
     const Camera& eye = cameras_[std::size_t(camera)];
-    const auto [columns, rows] = raster(eye);
+    const int columns = size(camera).x, rows = size(camera).y;
     const CameraRays rays(eye, {columns, rows});
     const auto number = uint32_t(view(position, camera));
     auto& pixels = pixels_.emplace_back(std::size_t(columns) * std::size_t(rows));
-    parallel_for(pixels.size(), [&, columns = columns, rows = rows](std::size_t p) {
+    parallel_for(pixels.size(), [&](std::size_t p) {
         RandomStream random(kSeed, RandomPurpose::evaluation, number + 64, p);
         const Vec2 place = place_in(random, p, columns);
         const Ray ray = rays.through(place.x, place.y);

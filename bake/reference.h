@@ -29,6 +29,7 @@ class Reference {
     int positions() const { return int(lamps_.size()); }
     int cameras() const { return int(cameras_.size()); }
     const std::vector<LightState>& lamps(int position) const { return lamps_[std::size_t(position)]; }
+    Imath::V2i size(int camera) const;  // of the raster of pixels
     const std::vector<ReferencePixel>& pixels(int position, int camera) const {
         return pixels_[std::size_t(view(position, camera))];
     }
@@ -40,10 +41,6 @@ class Reference {
     static std::string key(const Scene& scene, const EvaluateOptions& options);
 
   private:
-    struct Raster {
-        int columns, rows;
-    };
-    Raster raster(const Camera& camera) const;
     int view(int position, int camera) const { return position * cameras() + camera; }
     void trace(const Scene& scene, const RayCaster& caster, int position, int camera);
 
