@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -77,7 +78,7 @@ class PtmExport {
           lamps_(chebyshev_grid(kGrid)),
           design_(lamps_),
           fit_(options.size, design_),
-          exposure_(options.state.automatic_exposure ? automatic_exposure(picture(options.state, 0))
+          exposure_(options.state.automatic_exposure ? fitting_exposure()
                                                      : std::exp2(options.state.exposure)) {}
 
     nlohmann::json run(const std::filesystem::path& path) {
@@ -102,6 +103,19 @@ class PtmExport {
         o.state = state;
         if (noisy()) o.seed += number;
         return render_picture(baked_, caster_, o).image;
+    }
+
+    // Cut to white is what no polynomial brings back; so the exposure is that of the brightest which each
+    // pixel gets with the lamp in the corners and the middle of the square.
+    float fitting_exposure() {
+        Image brightest(options_.size.x, options_.size.y);
+        for (const Vec2& uv : {Vec2(0, 0), Vec2(-1, -1), Vec2(1, -1), Vec2(-1, 1), Vec2(1, 1)}) {
+            const Image seen = picture(state_at(uv), ++taken_);
+            for (std::size_t p = 0; p < seen.pixels.size(); ++p)
+                for (int c = 0; c < 3; ++c)
+                    brightest.pixels[p][c] = std::max(brightest.pixels[p][c], seen.pixels[p][c]);
+        }
+        return automatic_exposure(brightest);
     }
 
     ViewState state_at(const Vec2& uv) const {
@@ -191,11 +205,16 @@ class PtmExport {
         return report;
     }
 
-    Twice picture_of_map(const ViewState& state) const {
+    Twice picture_of_map(const ViewState& state) {
         PictureOptions o = options_;
         o.state = state;
         o.integrator = Integrator::polynomial;
-        return twice(render_picture(baked_, caster_, o).image);
+        const auto next = [&] {
+            o.seed = options_.seed + ++taken_;
+            return render_picture(baked_, caster_, o).image;
+        };
+        Image first = next();
+        return {std::move(first), next()};
     }
 
     const BakedScene& baked_;
@@ -206,8 +225,8 @@ class PtmExport {
     std::vector<Vec2> lamps_;
     PtmDesign design_;
     PtmFit fit_;
-    float exposure_;
     uint64_t taken_ = 0;  // pictures
+    float exposure_;
     double picture_seconds_ = 0, fit_seconds_ = 0;
 };
 

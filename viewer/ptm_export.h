@@ -2,8 +2,9 @@
 // A view as a polynomial texture map, a rival of the illumination map that keeps a picture in place of the
 // scene; and its error, measured as the map's is.
 //
-// The pictures are exposed as one with the lamps where they stand would be, sRGB encoded, and cut at white as
-// photographs are. JSON keys:
+// The pictures are exposed alike, sRGB encoded, and cut at white, as photographs are. Automatic exposure fits
+// the brightest that each pixel gets with the lamp in the corners and the middle of the square of (u, v).
+// JSON keys:
 //
 //     lamp, u, v             the lamp; for u = -1 and 1, v = -1 and 1: {axis, from, to}, world, m
 //     width, height, bytes   of the file
@@ -23,8 +24,9 @@
 //     relrmse_map            with `--integrator path`: the same of the illumination map's pictures
 //     pictures_seconds, fit_seconds              (fit: with writing)
 //
-// With `--integrator path`, R comes as two independent pictures R₁, R₂, and ‖I − R‖² is ⟨I − R₁, I − R₂⟩,
-// which their noise does not bias.
+// With `--integrator path` R, and the map's picture, come twice with independent noise, and ‖I − R‖² is
+// ⟨I₁ − R₁, I₂ − R₂⟩, which the noise does not bias. What noise the file has taken up from the pictures that
+// it was fitted to is its own error.
 #pragma once
 
 #include <nlohmann/json.hpp>
