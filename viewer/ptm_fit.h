@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A polynomial texture map (files/ptm.h) from pictures under a lamp that moves in a plane: the thesis, 2.4.
+// A polynomial texture map (files/ptm.h) from pictures under a lamp that moves in a plane: the thesis, 2.4,
+// equations 4 to 6.
 #pragma once
 
 #include <optional>
@@ -27,7 +28,7 @@ std::optional<LampPlane> lamp_plane(const Box3& domain, const Vec3& position);
 std::vector<Vec2> chebyshev_grid(int n);
 
 // The least squares that all pixels share, by singular value decomposition of the design A, whose rows are
-// ptm_terms of the lamps: the coefficients of a pixel are A⁺ times its values (the thesis' equations 5, 6).
+// ptm_terms of the lamps: the coefficients of a pixel are A⁺ times its values.
 struct PtmDesign {
     std::vector<std::array<float, kPtmTerms>> weights;  // columns of A⁺, one for each lamp
     std::array<double, kPtmTerms> singular_values{};    // falling

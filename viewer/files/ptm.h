@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Polynomial texture maps (Malzbender, Gelb, Wolters 2001): a picture whose luminance is in each pixel a
 // biquadratic of where the lamp is, (u, v) in [-1, 1]²,
-//     L = a0 u² + a1 v² + a2 uv + a3 u + a4 v + a5                        (the thesis' equation 4)
+//     L = a0 u² + a1 v² + a2 uv + a3 u + a4 v + a5                        (the thesis' 2.4)
 // times a constant colour ("LRGB"). The file that viewers of such pictures open:
 //
 //     PTM_1.2
