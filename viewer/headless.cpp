@@ -207,7 +207,9 @@ void write_texture_map(const Arguments& a) {
     if (a.stats) check_output(*a.stats);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     warn_of_missing_light(baked, picture);
-    const std::string report = export_ptm(*a.ptm, baked, caster, picture, lamp, plane).dump(2) + "\n";
+    const nlohmann::json result = export_ptm(*a.ptm, baked, caster, picture, lamp, plane);
+    using Handler = nlohmann::json::error_handler_t;  // names come from files of any encoding
+    const std::string report = result.dump(2, ' ', false, Handler::replace) + "\n";
     if (a.stats)
         write_text_atomically(*a.stats, report);
     else
