@@ -152,6 +152,19 @@ Integrator parse_integrator(const Arguments& a) {
         "--integrator: '{}' is unknown; allowed: polynomial, photon_map, whitted, path", a.integrator));
 }
 
+std::size_t parse_ptm_lamp(const Arguments& a, const Scene& scene, const ViewState& state) {
+    const std::vector<LightState> lights = shining(scene, state);
+    const auto shines = [](const LightState& light) { return !is_black(light.power); };
+    if (a.ptm_lamp.empty()) {
+        const auto first = std::ranges::find_if(lights, shines);
+        if (first == lights.end()) throw UsageError("--export-ptm: no lamp shines");
+        return std::size_t(first - lights.begin());
+    }
+    const std::size_t lamp = find_light(scene, a.ptm_lamp);
+    if (!shines(lights[lamp])) throw UsageError(fmt::format("--ptm-lamp: {} does not shine", a.ptm_lamp));
+    return lamp;
+}
+
 PhotonMapOptions parse_photon_map(const Arguments& a, const Scene& scene, const ViewState& state) {
     PhotonMapOptions options;
     if (parse_integrator(a) != Integrator::photon_map && (a.photons || a.nearest || a.gather))

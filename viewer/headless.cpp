@@ -21,6 +21,7 @@
 #include "viewer/files/probe.h"
 #include "viewer/files/scene_export.h"
 #include "viewer/picture.h"
+#include "viewer/ptm_export.h"
 #include "viewer/relight/relighter.h"
 
 namespace pim {
@@ -106,6 +107,7 @@ void render_still(const Arguments& a) {
     check_outputs(a);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     const double load_seconds = load_watch.seconds();
+    warn_of_missing_light(baked, picture);
     const auto [image, seconds] = render_picture(baked, caster, picture);
     const float exposure = exposure_of(picture.state, image);
     write_picture(a.output, image, picture.state, {exposure});
@@ -195,6 +197,23 @@ void write_scene(const Arguments& a) {
     const ViewState state = parse_state(a, baked.scene, baked.map);
     export_scene(*a.exported, baked.scene, state, parse_size(a, state.camera));
     log_info(fmt::format("wrote {}", (*a.exported / "scene.json").string()));
+}
+
+void write_texture_map(const Arguments& a) {
+    const BakedScene baked = read_baked_scene(a.map, a.geometry);
+    const PictureOptions picture = picture_options(a, baked);
+    const std::size_t lamp = parse_ptm_lamp(a, baked.scene, picture.state);
+    const LampPlane plane = check_ptm(*a.ptm, baked.scene, picture, lamp);
+    if (a.stats) check_output(*a.stats);
+    const RayCaster caster(baked.scene.geometry, InstructionSet::best);
+    warn_of_missing_light(baked, picture);
+    const nlohmann::json result = export_ptm(*a.ptm, baked, caster, picture, lamp, plane);
+    using Handler = nlohmann::json::error_handler_t;  // names come from files of any encoding
+    const std::string report = result.dump(2, ' ', false, Handler::replace) + "\n";
+    if (a.stats)
+        write_text_atomically(*a.stats, report);
+    else
+        std::cout << report;
 }
 
 }  // namespace pim

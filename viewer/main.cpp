@@ -62,6 +62,9 @@ void add_job_options(CLI::App& app, Arguments& a) {
     app.add_option("--probe", a.probe, "CSV of points x,y,z,nx,ny,nz: writes their irradiance to stdout");
     app.add_option("--export-scene", a.exported,
                    "a folder for geometry, materials, lamps and camera as JSON and EXR, for other renderers");
+    app.add_option("--export-ptm", a.ptm,
+                   "a polynomial texture map (.ptm) of the view under one lamp; its error as JSON to stdout");
+    app.add_option("--ptm-lamp", a.ptm_lamp, "the lamp that moves in it (default: the first that shines)");
     app.add_flag("--benchmark", a.benchmark, "frame times as JSON to stdout");
     app.add_option("--vector-unit", a.vector_unit, "auto, plain, avx2 or avx512")->capture_default_str();
 }
@@ -86,11 +89,14 @@ void check_jobs(const Arguments& a) {
     refuse(a.benchmark && a.probe, "--benchmark, --probe: one at a time");
     refuse(measures && !a.output.empty(), "--output: --benchmark and --probe write to stdout");
     refuse(measures && !a.paths.empty(), "--path: belongs to a film or the window");
+    refuse(a.ptm && (measures || a.exported || !a.output.empty() || !a.paths.empty() || a.panels),
+           "--export-ptm: without --output, --ui, --path, --probe, --benchmark and --export-scene only");
+    refuse(!a.ptm && !a.ptm_lamp.empty(), "--ptm-lamp: of --export-ptm only");
     const bool still = !measures && !film && !a.panels && !a.output.empty();
-    refuse(!still && a.integrator != "polynomial",
+    refuse(!still && !a.ptm && a.integrator != "polynomial",
            "--integrator: of a single picture only (--output FILE, without --ui)");
     refuse(!still && a.volume, "--volume: of a single picture without --ui only");
-    refuse(!still && a.stats, "--stats: of a single picture without --ui only");
+    refuse(!still && !a.ptm && a.stats, "--stats: of a single picture without --ui only");
     refuse(!film && a.overwrite, "--overwrite: of a film only");
     parse_vector_unit(a);
 }
@@ -100,6 +106,7 @@ void run(const Arguments& a) {
     if (a.benchmark) return print_benchmark(a);
     if (a.probe) return print_probe(a);
     if (a.exported) return write_scene(a);
+    if (a.ptm) return write_texture_map(a);
     if (a.output.empty() && a.panels)
         throw UsageError("--ui: name a picture to write with --output SHOT.png");
     if (a.panels) return render_panels(a);

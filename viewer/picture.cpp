@@ -37,9 +37,6 @@ Image render_paths(const BakedScene& baked, const RayCaster& caster, const Pictu
         return shown;
     });
     if (!indirect || !point_lamps_meet_specular(baked.scene)) return image;
-    log_warning(
-        "light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in mirrors "
-        "or through glass it is missing");
     const uint64_t photons = uint64_t(image.width) * uint64_t(image.height) * uint64_t(o.samples);
     const Image added = light_image(scene, o.state.camera, o.size, photons, frame.seed, 0);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += added.pixels[i];
@@ -198,6 +195,13 @@ Picture render_picture(const BakedScene& baked, const RayCaster& caster, const P
     }
     picture.seconds.total = watch.seconds();
     return picture;
+}
+
+void warn_of_missing_light(const BakedScene& baked, const PictureOptions& o) {
+    if (o.integrator == Integrator::path && indirect_part(o.state) && point_lamps_meet_specular(baked.scene))
+        log_warning(
+            "light of point lamps by way of mirrors or glass is added by photons from the lamps; seen in "
+            "mirrors or through glass it is missing");
 }
 
 std::optional<Scale> fitting_scale(View view, const Image& linear) {

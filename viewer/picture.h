@@ -43,6 +43,9 @@ struct Picture {
 // albedo; normals as (n + 1)/2; false colours of the cells. Throws Error.
 Picture render_picture(const BakedScene& baked, const RayCaster& caster, const PictureOptions& options);
 
+// Says in the log what light a picture by that integrator would lack.
+void warn_of_missing_light(const BakedScene& baked, const PictureOptions& options);
+
 // Views that do not depend on the lamps.
 Image render_unlit(View view, const Scene& scene, const IlluminationMap& map, const RayCaster& caster,
                    const Camera& camera, const Imath::V2i& size, int samples);
