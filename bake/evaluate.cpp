@@ -15,7 +15,7 @@
 #include "common/map/baked_scene.h"
 #include "common/render/frame.h"
 #include "common/render/map_radiance.h"
-#include "common/render/path_radiance.h"
+#include "common/render/whitted_radiance.h"
 
 namespace pim {
 namespace {
@@ -56,8 +56,9 @@ double half_width(const std::vector<double>& v) {
 
 class Evaluation {
   public:
-    Evaluation(const BakedScene& baked, const RayCaster& caster, const Reference& reference)
-        : baked_(baked), caster_(caster), reference_(reference) {}
+    Evaluation(const BakedScene& baked, const RayCaster& caster, const Reference& reference,
+               const Contest& contest)
+        : baked_(baked), caster_(caster), reference_(reference), contest_(contest) {}
 
     nlohmann::json run() {
         Progress progress("comparing with path tracing", uint64_t(reference_.positions()));
@@ -68,15 +69,14 @@ class Evaluation {
         return summary();
     }
 
+    // Of the lamps' move and a picture with one sample per pixel, the median of three.
     double frame_seconds() const {
         const Camera& camera = baked_.scene.cameras[0];
         std::vector<double> seconds;
         for (int i = 0; i < 3; ++i) {
             const Stopwatch watch;
-            const Moment m =
-                moment(reference_.lamps(i % reference_.positions()), true, Moment::kShadowSamples);
-            render_frame(camera, {.size = camera.size, .samples = 1},
-                         [&](const Ray& ray, RandomStream& random) { return map_radiance(m, ray, random); });
+            const auto render = renderer(i % reference_.positions(), true, Moment::kShadowSamples);
+            render_frame(camera, {.size = camera.size, .samples = 1}, render);
             seconds.push_back(watch.seconds());
         }
         std::ranges::sort(seconds);
@@ -84,8 +84,7 @@ class Evaluation {
     }
 
   private:
-    Moment moment(const std::vector<LightState>& lamps, bool with_direct,
-                  int shadow_samples = kShadowSamples) const {
+    Moment moment(const std::vector<LightState>& lamps, bool with_direct, int shadow_samples) const {
         const bool baked_direct = baked_.map.has(Component::direct);
         Moment m{
             .scene = baked_.scene, .caster = caster_, .map = baked_.map, .lights = lamps, .patch_values = {}};
@@ -96,17 +95,36 @@ class Evaluation {
         return m;
     }
 
+    Reference::Renderer renderer(int position, bool with_direct, int shadow_samples) const {
+        const auto& lamps = reference_.lamps(position);
+        if (contest_.contestant == Contestant::map) {
+            const auto m = std::make_shared<Moment>(moment(lamps, with_direct, shadow_samples));
+            return [m](const Ray& ray, RandomStream& random) { return map_radiance(*m, ray, random); };
+        }
+        const PathScene lit{baked_.scene, caster_, lamps};
+        if (contest_.contestant == Contestant::whitted) {
+            const int shadows = with_direct ? shadow_samples : 0;
+            return [lit, shadows](const Ray& ray, RandomStream& random) {
+                return whitted_radiance(lit, ray, shadows, random);
+            };
+        }
+        PhotonMapOptions options = contest_.photon_map;
+        options.direct = with_direct ? DirectLight::traced : DirectLight::none;
+        options.shadow_samples = shadow_samples;
+        options.seed += uint64_t(position);
+        const auto scene = std::make_shared<PhotonScene>(
+            build_photon_maps(lit, shoot_photons(lit, options.photons_per_lamp, options.seed), options));
+        return [scene](const Ray& ray, RandomStream& random) { return photon_radiance(*scene, ray, random); };
+    }
+
     Position evaluate_position(int i) const {
-        const Moment whole = moment(reference_.lamps(i), true), part = moment(reference_.lamps(i), false);
-        const auto by = [](const Moment& m) {
-            return [&m](const Ray& ray, RandomStream& random) { return map_radiance(m, ray, random); };
-        };
+        const auto whole = renderer(i, true, kShadowSamples), part = renderer(i, false, kShadowSamples);
         Position result;
         const double cameras = reference_.cameras();
         for (int c = 0; c < reference_.cameras(); ++c) {
             ErrorSums all, indirect;
             const auto& pixels = reference_.pixels(i, c);
-            const auto seen = reference_.seen(i, c, by(whole)), seen_part = reference_.seen(i, c, by(part));
+            const auto seen = reference_.seen(i, c, whole), seen_part = reference_.seen(i, c, part);
             for (std::size_t p = 0; p < pixels.size(); ++p) {
                 if (!pixels[p].surface) continue;
                 all.add(seen[p], pixels[p].all);
@@ -144,6 +162,7 @@ class Evaluation {
     const BakedScene& baked_;
     const RayCaster& caster_;
     const Reference& reference_;
+    const Contest& contest_;
     std::vector<Position> positions_;
 };
 
@@ -159,14 +178,14 @@ nlohmann::json bake_seconds_of(const std::filesystem::path& map_file) {
 Evaluator::Evaluator(EvaluateOptions options) : options_(std::move(options)) {}
 Evaluator::~Evaluator() = default;
 
-nlohmann::json Evaluator::evaluate(const std::filesystem::path& map_file) {
+nlohmann::json Evaluator::evaluate(const std::filesystem::path& map_file, const Contest& contest) {
     const BakedScene baked = read_baked_scene(map_file, options_.geometry);
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     if (const std::string key = Reference::key(baked.scene, options_); key != reference_key_) {
         reference_ = std::make_unique<Reference>(baked.scene, caster, solids_of(baked.scene), options_);
         reference_key_ = key;
     }
-    Evaluation evaluation(baked, caster, *reference_);
+    Evaluation evaluation(baked, caster, *reference_, contest);
     nlohmann::json result = evaluation.run();
     result["frame_seconds"] = evaluation.frame_seconds();
     result["bake_seconds"] = bake_seconds_of(map_file);

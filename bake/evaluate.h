@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "common/render/photon_radiance.h"
+
 namespace pim {
 
 class Reference;
@@ -19,6 +21,13 @@ struct EvaluateOptions {
     std::optional<std::filesystem::path> geometry;
 };
 
+// What is held against the reference: the map, or another way to light its scene.
+enum class Contestant { map, photon_map, whitted };
+struct Contest {
+    Contestant contestant = Contestant::map;
+    PhotonMapOptions photon_map = {};
+};
+
 // Evaluates maps one after the other; what was traced for one serves the next of the same scene.
 class Evaluator {
   public:
@@ -28,7 +37,7 @@ class Evaluator {
     // by <I - R1, I - R2>, which the reference's noise does not bias. Keys: relrmse, relrmse_indirect,
     // relrmse_p95, relrmse_per_position, reference_noise, confidence (half widths at 95 %), bake_seconds,
     // frame_seconds, notes. Throws Error: no map, geometry missing or changed.
-    nlohmann::json evaluate(const std::filesystem::path& map_file);
+    nlohmann::json evaluate(const std::filesystem::path& map_file, const Contest& contest = {});
 
   private:
     EvaluateOptions options_;

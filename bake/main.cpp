@@ -25,6 +25,8 @@ struct Arguments {
     uint64_t photons = 0;
     bool overwrite = false, clean = false, json = false;
     EvaluateOptions evaluate;
+    Contest contest;
+    std::string contestant = "polynomial";
     bool parts = false;
     std::string pictures;
     int own_photons = ErrorPartsOptions{}.photons;
@@ -86,6 +88,13 @@ ErrorPartsOptions parts_options(const Arguments& a, const EvaluateOptions& evalu
     return options;
 }
 
+Contest contest_of(const Arguments& a) {
+    Contest contest = a.contest;
+    if (a.contestant == "photon_map") contest.contestant = Contestant::photon_map;
+    if (a.contestant == "whitted") contest.contestant = Contestant::whitted;
+    return contest;
+}
+
 SweepOptions sweep_options(const Arguments& a) {
     SweepOptions options;
     for (const std::string& axis : a.axes) options.axes.push_back(parse_axis(axis));
@@ -127,17 +136,29 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                                  [](const Arguments& x) { print(map_info(x.input), x.json, info_text); });
     info->add_flag("--json", a.json, "as JSON");
 
-    CLI::App* evaluate =
-        add_command(app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing",
-                    "FILE.vdb", [](const Arguments& x) {
-                        EvaluateOptions options = x.evaluate;
-                        if (!x.geometry.empty()) options.geometry = x.geometry;
-                        if (x.parts || !x.pictures.empty())
-                            print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
-                        else
-                            print(Evaluator(options).evaluate(x.input), x.json, evaluation_text);
-                    });
+    CLI::App* evaluate = add_command(
+        app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing", "FILE.vdb",
+        [](const Arguments& x) {
+            EvaluateOptions options = x.evaluate;
+            if (!x.geometry.empty()) options.geometry = x.geometry;
+            if (x.parts || !x.pictures.empty())
+                print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
+            else
+                print(Evaluator(options).evaluate(x.input, contest_of(x)), x.json, evaluation_text);
+        });
     add_evaluation_options(evaluate, a);
+    evaluate->add_option("--integrator", a.contestant, "what is held against the reference")
+        ->check(CLI::IsMember({"polynomial", "photon_map", "whitted"}))
+        ->capture_default_str();
+    evaluate->add_option("--photons", a.contest.photon_map.photons_per_lamp, "photon_map: photons per lamp")
+        ->check(CLI::Range(1, 100000000))
+        ->capture_default_str();
+    evaluate->add_option("--nearest", a.contest.photon_map.nearest, "photon_map: photons per estimate")
+        ->check(CLI::Range(2, 100000))
+        ->capture_default_str();
+    evaluate->add_option("--gather", a.contest.photon_map.gather, "photon_map: rays of final gathering")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
     evaluate->add_flag("--parts", a.parts, "where the error is: noise, polynomial, leak, grid");
     evaluate->add_option("--pictures", a.pictures, "with --parts: a folder for pictures of them");
     evaluate
