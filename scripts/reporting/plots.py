@@ -1,24 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plots of measured points as SVG: error bars, fits, lines of reference, a legend beside the plot. Series differ in the
 shape of their markers too, so that they can be told apart without colours."""
-import textwrap
 from dataclasses import dataclass, field
 from html import escape
 
 from . import axes
+from .labels import draw_labels
+from .shapes import TEXT_SIZE, colour_of, line_at, marker, path_of, text_at, text_width, wrap
 
 WIDTH, HEIGHT = 760, 440
 LEGEND_WIDTH = 200
-TEXT_SIZE, TITLE_SIZE, LABEL_SIZE = 12, 15, 11
+TITLE_SIZE = 15
 LINE_HEIGHT = 15
-MOST_LABELS = 20  # marks beyond that are shown as tooltips only
 MANY_POINTS = 40  # of a series; from there on markers are small
 
-# M. Okabe, K. Ito: Color Universal Design, 2008; the faint ones last
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#CC79A7", "#E69F00", "#56B4E9")
-# centre 0, radius 1
-SHAPES = ("circle", "M-.9 -.9H.9V.9H-.9Z", "M0 -1.15L1.1 .85H-1.1Z", "M0 -1.25L1.25 0L0 1.25L-1.25 0Z",
-          "M0 1.15L1.1 -.85H-1.1Z", "M-.35 -1.1H.35V-.35H1.1V.35H.35V1.1H-.35V.35H-1.1V-.35H-.35Z")
 DASHES = ("2 3", "8 3 2 3", "12 4", "8 3 2 3 2 3")  # of lines of reference
 
 
@@ -55,49 +50,6 @@ class Dot:
     bar: tuple | None
     tooltip: str
     label: str
-
-
-def text_width(text, size=TEXT_SIZE):
-    """About; sans-serif fonts differ."""
-    return 0.57 * size * len(text)
-
-
-def wrap(text, width, size, most_lines):
-    return textwrap.wrap(text, max(4, int(width / (0.57 * size))), max_lines=most_lines, placeholder=" …") or [""]
-
-
-def text_at(x, y, text, size=TEXT_SIZE, anchor="start", more=""):
-    return f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}" {more}>{escape(text)}</text>'
-
-
-def line_at(x1, y1, x2, y2, colour, width=1.0, dash="", name=""):
-    dashed = f' stroke-dasharray="{dash}"' if dash else ""
-    named = f' class="{name}"' if name else ""
-    return (f'<line{named} x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{colour}" '
-            f'stroke-width="{width}"{dashed}/>')
-
-
-def path_of(places, colour, dash=""):
-    steps = "L".join(f"{x:.1f} {y:.1f}" for x, y in places)
-    dashed = f' stroke-dasharray="{dash}"' if dash else ""
-    return f'<path d="M{steps}" fill="none" stroke="{colour}" stroke-width="1.6" stroke-linejoin="round"{dashed}/>'
-
-
-def colour_of(index):
-    return COLOURS[index % len(COLOURS)]
-
-
-def marker(index, x, y, radius, tooltip=None):
-    """Filled; hollow from the second round of shapes on."""
-    shape, colour = SHAPES[index % len(SHAPES)], colour_of(index)
-    fill = colour if index // len(SHAPES) % 2 == 0 else "#ffffff"
-    style = f'fill="{fill}" stroke="{colour}"'
-    title = "" if tooltip is None else f"<title>{escape(tooltip)}</title>"
-    name = "" if tooltip is None else ' class="mark"'
-    if shape == "circle":
-        return f'<circle{name} cx="{x:.1f}" cy="{y:.1f}" r="{radius}" {style} stroke-width="1.2">{title}</circle>'
-    return (f'<path{name} d="{shape}" transform="translate({x:.1f} {y:.1f}) scale({radius})" {style} '
-            f'stroke-width="{1.2 / radius:.2f}">{title}</path>')
 
 
 def shown(plot, point):
@@ -196,9 +148,9 @@ def axis_titles(x, y, plot):
     middle, height = (x.first + x.last) / 2, (y.first + y.last) / 2
     below = wrap(plot.x_label, x.last - x.first, TEXT_SIZE + 1, 1)[0]
     beside = wrap(plot.y_label, y.first - y.last, TEXT_SIZE + 1, 1)[0]
-    turned = f'transform="rotate(-90 18 {height:.1f})"'
+    turned = f'transform="rotate(-90 14 {height:.1f})"'
     return [text_at(middle, y.first + 42, below, TEXT_SIZE + 1, "middle"),
-            text_at(18, height, beside, TEXT_SIZE + 1, "middle", turned)]
+            text_at(14, height, beside, TEXT_SIZE + 1, "middle", turned)]
 
 
 def tooltip_of(plot, series, point, mark):
@@ -236,11 +188,8 @@ def runs(dots):
             stretch = []
 
 
-def draw_fit(plot, series, index, x, y):
-    if not series.fit:
-        return []
-    places = [(axes.place(x, p[0]), axes.place(y, p[1])) for p in series.fit[1] if shown(plot, p)]
-    return [path_of(places, colour_of(index), "6 4")] if len(places) > 1 else []
+def fit_path(plot, series, x, y):
+    return [(axes.place(x, p[0]), axes.place(y, p[1])) for p in (series.fit[1] if series.fit else []) if shown(plot, p)]
 
 
 def draw_bar(dot, colour, bottom):
@@ -250,48 +199,21 @@ def draw_bar(dot, colour, bottom):
     return parts + ([line_at(dot.x - 4, low, dot.x + 4, low, colour, 1.2)] if low < bottom - 0.1 else [])
 
 
-def overlap(a, b):
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def label_boxes(dot):
-    """Where its label may stand: (left, top, right, bottom), the best first"""
-    width, height = text_width(dot.label, LABEL_SIZE), LABEL_SIZE + 2
-    for dx, dy in ((7, -height - 3), (7, 3), (-7 - width, -height - 3), (-7 - width, 3),
-                   (-width / 2, -height - 8), (-width / 2, 8), (9, -height / 2), (-9 - width, -height / 2)):
-        yield dot.x + dx, dot.y + dy, dot.x + dx + width, dot.y + dy + height
-
-
-def draw_labels(dots, x, y):
-    """Labels that find a free place; the others are left to their tooltips."""
-    labelled = [dot for dot in dots if dot.label]
-    if len(labelled) > MOST_LABELS:
-        return []
-    taken = [(dot.x - 5, dot.y - 5, dot.x + 5, dot.y + 5) for dot in dots]
-    parts = []
-    for dot in labelled:
-        for box in label_boxes(dot):
-            inside = x.first < box[0] and box[2] < x.last and y.last < box[1] and box[3] < y.first
-            if inside and not any(overlap(box, other) for other in taken):
-                taken.append(box)
-                halo = 'fill="#333333" stroke="#ffffff" stroke-width="3" paint-order="stroke"'
-                parts.append(text_at(box[0], box[3] - 3, dot.label, LABEL_SIZE, more=halo))
-                break
-    return parts
-
-
 def draw_series(plot, x, y):
     """Lines below bars below markers below labels."""
     all_dots = [dots_of(plot, series, x, y) for series in plot.series]
-    lines, bars, marks = [], [], []
+    lines, bars, marks, paths = [], [], [], []
     for index, (series, dots) in enumerate(zip(plot.series, all_dots)):
-        lines += [path_of(run, colour_of(index)) for run in runs(dots) if series.line and len(run) > 1]
-        lines += draw_fit(plot, series, index, x, y)
+        stretches, fit = list(runs(dots)) if series.line else [], fit_path(plot, series, x, y)
+        paths += [*stretches, fit]
+        lines += [path_of(stretch, colour_of(index)) for stretch in stretches if len(stretch) > 1]
+        lines += [path_of(fit, colour_of(index), "6 4")] if len(fit) > 1 else []
         radius = 4.5 if len(dots) < MANY_POINTS else 2.5
         for dot in filter(None, dots):
             bars += draw_bar(dot, colour_of(index), y.first) if dot.bar else []
             marks.append(marker(index, dot.x, dot.y, radius, dot.tooltip))
-    return lines + bars + marks + draw_labels([dot for dots in all_dots for dot in dots if dot], x, y)
+    frame = (x.first, y.last, x.last, y.first)
+    return lines + bars + marks + draw_labels([dot for dots in all_dots for dot in dots if dot], paths, frame)
 
 
 def draw_references(plot, x, y):
@@ -311,19 +233,19 @@ def draw_data(plot, top, bottom, right):
         box = f'<rect x="60" y="{top}" width="{right - 60}" height="{bottom - top}" fill="none" stroke="#cccccc"/>'
         return [box, text_at((60 + right) / 2, (top + bottom) / 2, "no data", 16, "middle", 'fill="#666666"')]
     y = axes.make_axis(ys, plot.log_y, bottom, top, lambda label: 26, plot.y_unit)
-    left = 44 + max(text_width(label) for _, label in y.ticks)
+    left = 40 + max(text_width(label) for _, label in y.ticks)
     x = axes.make_axis(xs, plot.log_x, left, right, lambda label: text_width(label) + 14, plot.x_unit)
     return draw_axes(x, y, plot) + draw_references(plot, x, y) + draw_series(plot, x, y)
 
 
 def draw(plot):
     """(SVG, notes on what could not be drawn)"""
-    title = wrap(plot.title, WIDTH - 40, TITLE_SIZE, 2)
-    top = 26 + 20 * len(title) if plot.title else 20
+    title = wrap(plot.title, WIDTH - 20, TITLE_SIZE, 2)
+    top = 24 + 20 * len(title) if plot.title else 20
     entries = legend_entries(plot)
     height = max(HEIGHT, top + legend_height(entries) + 20)
-    right = WIDTH - LEGEND_WIDTH - 22 if entries else WIDTH - 24
-    parts = [text_at(20, 26 + 20 * i, line, TITLE_SIZE, more='font-weight="600"') for i, line in enumerate(title)]
+    right = WIDTH - LEGEND_WIDTH - 22 if entries else WIDTH - 40
+    parts = [text_at(6, 22 + 20 * i, line, TITLE_SIZE, more='font-weight="600"') for i, line in enumerate(title)]
     parts += draw_data(plot, top, height - 62, right)
     parts += draw_legend(plot, entries, WIDTH - LEGEND_WIDTH, top)
     body = "\n".join(parts)
