@@ -60,7 +60,7 @@ def plain(value, digits):
 
 
 def number(value, significant=4):
-    """A single value as text: 4 significant digits, without trailing zeros."""
+    """A single value as text: 4 significant digits, no trailing zeros; all digits before the point."""
     if value is None or math.isnan(value):
         return "—"
     if isinstance(value, int):
@@ -73,7 +73,7 @@ def number(value, significant=4):
     exponent = int(exponent)
     if not -5 < exponent < 7:
         return power_of_ten(mantissa.rstrip("0").rstrip(".").replace("-", "−"), exponent)
-    text = plain(float(f"{value:.{significant - 1}e}"), max(0, significant - 1 - exponent))
+    text = plain(value, max(0, significant - 1 - exponent))
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 

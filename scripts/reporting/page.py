@@ -4,6 +4,7 @@ import base64
 import os
 import pathlib
 import re
+from dataclasses import dataclass
 from html import escape
 
 from .markup import cell_markdown, cell_text, numeric_column, slug, to_html, to_markdown
@@ -11,6 +12,7 @@ from .plots import Plot, draw
 
 HERE = pathlib.Path(__file__).resolve().parent
 ALLOWED = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+LABEL_WIDTH = 120  # pixels of the labels of rows of pictures
 SLIDER_WIDTH = 512  # pixels; smaller pictures are enlarged by whole numbers up to it
 
 
@@ -36,10 +38,6 @@ def image(data, size, label, classes=""):
     return f'<img{named} src="data:image/png;base64,{source}" alt="{escape(label)}" width="{width}" height="{height}">'
 
 
-def caption_html(caption):
-    return f"<figcaption>{to_html(caption)}</figcaption>" if caption else ""
-
-
 def fence(text):
     """Longer than any row of backticks in the text"""
     return "`" * max(3, 1 + max((len(run) for run in re.findall("`+", text)), default=0))
@@ -48,6 +46,51 @@ def fence(text):
 def markdown_table(header, rows, right):
     rule = ["---:" if is_right else "---" for is_right in right]
     return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
+
+
+def table_html(header, rows, right):
+    kinds = [' class="number"' if is_right else "" for is_right in right]
+    head = "".join(f"<th{kind}>{to_html(name)}</th>" for kind, name in zip(kinds, header))
+    body = "\n".join("<tr>" + "".join(f"<td{kind}>{to_html(text)}</td>" for kind, text in zip(kinds, row)) + "</tr>"
+                     for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table>"
+
+
+def slider_html(left, right, size):
+    """left and right: (PNG data, label)"""
+    zoom = max(1, SLIDER_WIDTH // size[0])
+    pixels = " pixels" if zoom > 1 else ""
+    return (f'<div class="slider" style="width: {size[0] * zoom}px">{image(right[0], size, right[1], "right" + pixels)}'
+            f'{image(left[0], size, left[1], "left" + pixels)}<span class="name-left">{escape(left[1])}</span>'
+            f'<span class="name-right">{escape(right[1])}</span><div class="bar"></div><input type="range" min="0" max="100" '
+            f'step="0.5" value="50" aria-label="{escape(left[1])} against {escape(right[1])}"></div>')
+
+
+@dataclass
+class Cell:
+    """Of a grid of pictures; the width in pixels"""
+    markdown: str
+    html: str
+    width: int
+
+
+def picture_markdown(grid, row_labels, column_labels):
+    header = [""] * bool(row_labels) + ([cell_markdown(name) for name in column_labels] or [""] * len(grid[0]))
+    rows = [[cell.markdown for cell in row] for row in grid]
+    if row_labels:
+        rows = [[cell_markdown(label), *row] for label, row in zip(row_labels, rows)]
+    return markdown_table(header, rows, [False] * len(header))
+
+
+def picture_html(grid, row_labels, column_labels):
+    """As wide as its pictures, or less where the page is narrower; the columns stay equal."""
+    heads = [f"<th>{to_html(label)}</th>" for label in row_labels] or [""] * len(grid)
+    rows = [f"<tr>{head}" + "".join(f"<td>{cell.html}</td>" for cell in row) + "</tr>" for head, row in zip(heads, grid)]
+    names = "".join(f"<th>{to_html(name)}</th>" for name in [""] * bool(row_labels) + column_labels)
+    top = f"<thead><tr>{names}</tr></thead>" if column_labels else ""
+    width = len(grid[0]) * (max(cell.width for row in grid for cell in row) + 6) + LABEL_WIDTH * bool(row_labels)
+    labelled = " labelled" if row_labels else ""
+    return f'<table class="pictures{labelled}" style="width: {width}px">{top}<tbody>' + "\n".join(rows) + "</tbody></table>"
 
 
 class Page:
@@ -63,6 +106,10 @@ class Page:
     def _add(self, markdown, html):
         self._markdown.append(markdown)
         self._html.append(html)
+
+    def _add_figure(self, markdown, html, caption):
+        below = f"<figcaption>{to_html(caption)}</figcaption>" if caption else ""
+        self._add(markdown + (f"\n\n{to_markdown(caption)}" if caption else ""), f"<figure>{html}{below}</figure>")
 
     def _add_file(self, name, data):
         if name in self._files:
@@ -99,22 +146,16 @@ class Page:
             raise ValueError(f"a table with the columns {', '.join(map(str, header))} has a row of another length")
         names = [str(name) for name in header]
         right = [numeric_column([row[i] for row in texts]) for i in range(len(names))]
-        markdown = markdown_table([cell_markdown(n) for n in names], [[cell_markdown(t) for t in row] for row in texts], right)
-        kinds = [' class="number"' if is_right else "" for is_right in right]
-        head = "".join(f"<th{kind}>{to_html(name)}</th>" for kind, name in zip(kinds, names))
-        body = "\n".join("<tr>" + "".join(f"<td{k}>{to_html(t)}</td>" for k, t in zip(kinds, row)) + "</tr>" for row in texts)
-        self._add(markdown + (f"\n\n{to_markdown(caption)}" if caption else ""),
-                  f'<figure><div class="wide"><table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
-                  f"{caption_html(caption)}</figure>")
+        cells = [[cell_markdown(text) for text in row] for row in texts]
+        markdown = markdown_table([cell_markdown(name) for name in names], cells, right)
+        self._add_figure(markdown, f'<div class="wide">{table_html(names, texts, right)}</div>', caption)
 
     def plot(self, name, title, x_label, y_label, series, log_x=True, log_y=True, note="", lines=(), x_unit="", y_unit=""):
         """lines: (y, label) of horizontal lines of reference. Units are written behind the numbers of the ticks."""
         svg, left_out = draw(Plot(title, x_label, y_label, list(series), log_x, log_y, list(lines), x_unit, y_unit))
         file = f"plots/{slug(name)}.svg"
         self._add_file(file, svg.encode())
-        below = " ".join(filter(None, [note, *left_out]))
-        self._add(f"![{cell_markdown(title)}]({file})" + (f"\n\n{to_markdown(below)}" if below else ""),
-                  f'<figure id="plot-{slug(name)}">{svg}{caption_html(below)}</figure>')
+        self._add_figure(f"![{cell_markdown(title)}]({file})", svg, " ".join(filter(None, [note, *left_out])))
 
     def slider(self, name, caption, left, right, left_label, right_label):
         """Two PNG files of equal size under a handle that parts them."""
@@ -124,41 +165,24 @@ class Page:
             raise ValueError(f"{left} and {right} differ in size: {size} and {right_size}")
         markdown = markdown_table([cell_markdown(left_label), cell_markdown(right_label)],
                                   [[f"![]({left_file})", f"![]({right_file})"]], [False, False])
-        zoom = max(1, SLIDER_WIDTH // size[0])
-        pixels = "pixels" if zoom > 1 else ""
-        input_label = escape(f"{left_label} against {right_label}")
-        self._add(markdown + (f"\n\n{to_markdown(caption)}" if caption else ""),
-                  f'<figure><div class="slider" style="width: {size[0] * zoom}px">'
-                  f'{image(right_data, size, right_label, pixels)}{image(left_data, size, left_label, f"left {pixels}".strip())}'
-                  f'<span class="name-left">{escape(left_label)}</span><span class="name-right">{escape(right_label)}</span>'
-                  f'<div class="bar"></div><input type="range" min="0" max="100" step="0.5" value="50" '
-                  f'aria-label="{input_label}"></div>{caption_html(caption)}</figure>')
+        html = slider_html((left_data, left_label), (right_data, right_label), size)
+        self._add_figure(markdown, html, caption)
 
     def pictures(self, name, caption, rows, row_labels=(), column_labels=()):
         """Rows of PNG files; None where there is none."""
         count = max(len(row) for row in rows)
-        cells_markdown, cells_html = [], []
-        for i, row in enumerate(rows):
-            label = str(row_labels[i]) if row_labels else ""
-            cells = [self._picture(f"{slug(name)}-{i + 1}-{j + 1}", path) for j, path in enumerate(row)]
-            cells += [("—", "—")] * (count - len(cells))
-            cells_markdown.append([cell_markdown(label)] * bool(row_labels) + [markdown for markdown, _ in cells])
-            head = f"<th>{to_html(label)}</th>" if row_labels else ""
-            cells_html.append(f"<tr>{head}" + "".join(f"<td>{html}</td>" for _, html in cells) + "</tr>")
-        names = [str(text) for text in column_labels] or [""] * count
-        names = [""] * bool(row_labels) + names
-        markdown = markdown_table([cell_markdown(text) for text in names], cells_markdown, [False] * len(names))
-        head = "<thead><tr>" + "".join(f"<th>{to_html(text)}</th>" for text in names) + "</tr></thead>" if column_labels else ""
-        self._add(markdown + (f"\n\n{to_markdown(caption)}" if caption else ""),
-                  f'<figure><div class="wide"><table class="pictures">{head}<tbody>' + "\n".join(cells_html) +
-                  f"</tbody></table></div>{caption_html(caption)}</figure>")
+        if len(column_labels) not in (0, count) or len(row_labels) not in (0, len(rows)):
+            raise ValueError(f"{name}: as many labels as rows and columns, or none")
+        grid = [[self._picture(f"{slug(name)}-{i + 1}-{j + 1}", row[j] if j < len(row) else None) for j in range(count)]
+                for i, row in enumerate(rows)]
+        labels, names = [str(text) for text in row_labels], [str(text) for text in column_labels]
+        self._add_figure(picture_markdown(grid, labels, names), picture_html(grid, labels, names), caption)
 
     def _picture(self, name, path):
-        """(Markdown, HTML) of a cell"""
         if path is None:
-            return "—", "—"
+            return Cell("—", "—", 0)
         file, data, size = self._add_png(name, path)
-        return f"![]({file})", image(data, size, "")
+        return Cell(f"![]({file})", image(data, size, ""), size[0])
 
     def details(self, text_block, summary=""):
         """Text as it stands; with a summary it is folded away under it."""
