@@ -7,6 +7,7 @@
 #include "bake/bake.h"
 #include "bake/error_parts.h"
 #include "bake/evaluate.h"
+#include "bake/fit_samples.h"
 #include "bake/info.h"
 #include "bake/plan.h"
 #include "bake/sweep.h"
@@ -23,21 +24,39 @@ struct Arguments {
     std::string input, part = "1/1";
     std::string output;
     uint64_t photons = 0;
+    std::vector<std::string> settings;
     bool overwrite = false, clean = false, json = false;
     EvaluateOptions evaluate;
     Contest contest;
     std::string contestant = "polynomial";
     bool parts = false;
+    int count = 5;
     std::string pictures;
     int own_photons = ErrorPartsOptions{}.photons;
     std::vector<std::string> axes;
     std::string geometry;
 };
 
+// "degree=2", in place of what the description says.
+Setting parse_setting(const std::string& text) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 >= text.size())
+        throw UsageError("--set: '" + text + "' must look like KEY=VALUE");
+    table_of_setting(text.substr(0, equals));  // throws where there is none
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::vector<Setting> settings_of(const Arguments& a) {
+    std::vector<Setting> settings;
+    if (a.photons) settings.push_back({"photons", std::to_string(a.photons)});
+    for (const std::string& text : a.settings) settings.push_back(parse_setting(text));
+    return settings;
+}
+
 BakeOptions bake_options(const Arguments& a) {
     BakeOptions options;
     if (!a.output.empty()) options.output = a.output;
-    if (a.photons) options.settings.push_back({"photons", std::to_string(a.photons)});
+    options.settings = settings_of(a);
     options.overwrite = a.overwrite;
     options.clean = a.clean;
     char slash = 0, extra = 0;
@@ -64,10 +83,16 @@ CLI::App* add_command(CLI::App& app, Arguments& a, Command& chosen, const char* 
     return sub;
 }
 
+void add_settings(CLI::App* sub, Arguments& a) {
+    sub->add_option("--set", a.settings, "KEY=VALUE: a setting of [bake], [grid] or of every [[light]]")
+        ->allow_extra_args(false);
+}
+
 void add_output_options(CLI::App* sub, Arguments& a) {
     sub->add_option("-o,--output", a.output, "the map to write (default: the description's name with .vdb)");
     sub->add_option("--photons", a.photons, "photons per lamp position, in place of the description's")
         ->check(CLI::PositiveNumber);
+    add_settings(sub, a);
 }
 
 void add_evaluation_options(CLI::App* sub, Arguments& a) {
@@ -128,8 +153,10 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                                 [](const Arguments& x) { bake_fit(x.input, bake_options(x)); });
     add_output_options(fit, a);
 
-    CLI::App* plan = add_command(app, a, chosen, "plan", "what a bake would do and cost", "SCENE.toml",
-                                 [](const Arguments& x) { print(plan_bake(x.input), x.json, plan_text); });
+    CLI::App* plan =
+        add_command(app, a, chosen, "plan", "what a bake would do and cost", "SCENE.toml",
+                    [](const Arguments& x) { print(plan_bake(x.input, settings_of(x)), x.json, plan_text); });
+    add_settings(plan, a);
     plan->add_flag("--json", a.json, "as JSON");
 
     CLI::App* info = add_command(app, a, chosen, "info", "what a baked file holds", "FILE.vdb",
@@ -167,6 +194,15 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
         ->capture_default_str();
     evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
     evaluate->add_flag("--json", a.json, "as JSON");
+
+    CLI::App* samples = add_command(
+        app, a, chosen, "samples", "densities of some patches over all lamp positions, traced and fitted",
+        "FILE.vdb",
+        [](const Arguments& x) { print(fit_samples(x.input, x.count), x.json, fit_samples_text); });
+    samples->add_option("--count", a.count, "patches per lamp and component, the worst first")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    samples->add_flag("--json", a.json, "as JSON");
 
     CLI::App* sweeping = add_command(
         app, a, chosen, "sweep", "error against settings: bakes and evaluates all combinations", "SCENE.toml",

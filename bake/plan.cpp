@@ -50,8 +50,8 @@ double bytes_of_map(const Scene& scene, std::size_t patches) {
 
 }  // namespace
 
-nlohmann::json plan_bake(const std::filesystem::path& description) {
-    const Scene scene = read_scene(description);
+nlohmann::json plan_bake(const std::filesystem::path& description, const std::vector<Setting>& settings) {
+    const Scene scene = read_scene(description, {.settings = settings, .geometry = {}});
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     const Solids solids = solids_of(scene);
     std::vector<std::string> warnings;

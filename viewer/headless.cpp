@@ -117,6 +117,7 @@ void render_still(const Arguments& a) {
     const PictureTimes times = median_times(baked, caster, picture, seconds);
     nlohmann::json stats{
         {"frame_seconds", times.total},
+        {"exposure", std::log2(exposure)},
         {"load_seconds", load_seconds},
         {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
         {"cells", baked.map.index.cell_count()},

@@ -6,14 +6,25 @@ import math
 from scenes.mesh import Mesh, add, cross, dot, normalized, scaled, subtract
 
 
-def with_caps(profile):
-    """Flat ends are flat: their rims are creases."""
+CREASE = math.radians(55)
+
+
+def turn(a, b, c):
+    """Angle by which a profile turns at b; 0 where a point is given twice."""
+    u, v = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
+    return abs(math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])) if u != (0, 0) and v != (0, 0) else 0.0
+
+
+def with_creases(profile):
+    """Sharp edges and the rims of flat ends are creases."""
     creased = []
     for i, point in enumerate(profile):
         creased.append(point)
-        ends_cap = i == 1 and profile[0] == (0.0, point[1]) and point != profile[2]
-        begins_cap = i == len(profile) - 2 and profile[-1] == (0.0, point[1]) and point != profile[i - 1]
-        if ends_cap or begins_cap:
+        if not 0 < i < len(profile) - 1 or point in (profile[i - 1], profile[i + 1]):
+            continue
+        ends_cap = i == 1 and profile[0] == (0.0, point[1])
+        begins_cap = i == len(profile) - 2 and profile[-1] == (0.0, point[1])
+        if ends_cap or begins_cap or turn(profile[i - 1], point, profile[i + 1]) > CREASE:
             creased.append(point)
     return creased
 
@@ -39,7 +50,7 @@ def lathe(name, material, profile, segments, centre=(0.0, 0.0, 0.0), flutes=None
     """Smooth solid of revolution about a vertical axis. The profile (radius, y) runs from the lower pole, radius 0,
     to the upper; a point given twice is a crease. `flutes` = (count, depth, y0, y1) makes the radius wave."""
     positions, normals, rings = [], [], []
-    profile = with_caps(profile)
+    profile = with_creases(profile)
     for (radius, y), (nr, ny) in zip(profile, profile_normals(profile)):
         rings.append(len(positions))
         for j in range(segments if radius > 0.0 else 1):

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Error against bake time: what each second of a bake buys."""
+import json
+
+from ..fit import fitted, power_law
+from ..plots import Series
+from ..tools import half_width, run_json, say
+
+EVALUATE = ("--lights", 12, "--pixels", 1500, "--paths", 192)
+QUICK = ("--lights", 6, "--pixels", 600, "--paths", 96)
+
+
+def base_of(plan_of, description):
+    """Photons per position, positions and cells of a scene as it is described."""
+    plan = plan_of(description)
+    lamps = len([l for l in description.read_text().splitlines() if l.strip() == "[[light]]"])
+    return {"photons": plan["photons_total"] // plan["light_samples"], "samples": plan["light_samples"] // lamps,
+            "cells": max(plan["grid"])}
+
+
+def sweep(campaign, name, description, *axes):
+    options = [word for axis in axes for word in ("--axis", axis)]
+    folder = campaign.work(f"sweep_{name}")
+    return run_json("bake", "sweep", description, *options, "-o", folder, "--json",
+                    *campaign.choose(QUICK, EVALUATE))
+
+
+def listed(values):
+    return ",".join(json.dumps(v, separators=(",", ":")) for v in values)
+
+
+def photon_runs(campaign, name, description, base):
+    shares = campaign.choose([1 / 16, 1 / 4, 1], [1 / 64, 1 / 16, 1 / 4, 1, 4])
+    if name not in ("cornell", "temple", "cloister"):
+        shares = [s for s in shares if s <= 1]
+    photons = [max(1, round(base["photons"] * s)) for s in shares]
+    seeds = campaign.choose([1], [1, 2, 3] if name in ("cornell", "temple", "cloister") else [1])
+    return sweep(campaign, name, description, f"photons={listed(photons)}", f"seed={listed(seeds)}")
+
+
+def other_axes(campaign, name, description, base):
+    """Each setting alone, the others as described but for a quarter of the photons."""
+    few = f"photons={max(1, base['photons'] // 4)}"
+    if campaign.quick:
+        return {"degree": sweep(campaign, name, description, few, "degree=0,1,2,3")}
+    cells = [round(base["cells"] * f) for f in (0.5, 0.7, 1, 1.4)]
+    axes = {"cells": f"cells={listed(cells)}",
+            "samples": f"samples={listed([max(24, base['samples'] // 4), base['samples'] // 2, base['samples'], 2 * base['samples']])}",
+            "boxes": f"boxes={listed([[1, 1, 1], [2, 1, 2], [2, 2, 2]])}",
+            "degree": "degree=0,1,2,3", "facings": "facings=true,false",
+            "estimator": 'estimator="area","sphere"'}
+    return {axis: sweep(campaign, name, description, few, values) for axis, values in axes.items()}
+
+
+def by_photons(runs, key):
+    """(photons, mean error, half width over seeds, mean seconds)"""
+    groups = {}
+    for r in runs:
+        groups.setdefault(r["settings"]["photons"], []).append(r)
+    return [(n, sum(r[key] for r in g) / len(g), half_width([r[key] for r in g]),
+             sum(r["bake_seconds"] for r in g) / len(g)) for n, g in sorted(groups.items())]
+
+
+def floor_of(points):
+    """Least squares of e² = floor² + c / photons, relative errors weighed alike: the floor, or 0."""
+    rows = [(1 / (e * e), 1 / (n * e * e)) for n, e, _, _ in points]
+    a = sum(r[0] * r[0] for r in rows)
+    b = sum(r[0] * r[1] for r in rows)
+    c = sum(r[1] * r[1] for r in rows)
+    p, q = sum(r[0] for r in rows), sum(r[1] for r in rows)
+    determinant = a * c - b * b
+    return max(0.0, (p * c - q * b) / determinant) ** 0.5 if determinant > 0 else 0.0
+
+
+def pareto(runs):
+    """Runs that no other beats in both error and time."""
+    best, front = float("inf"), []
+    for r in sorted(runs, key=lambda r: r["bake_seconds"]):
+        if r["relrmse"] < best:
+            best = r["relrmse"]
+            front.append(r)
+    return front
+
+
+def text_of(settings):
+    return ", ".join(f"{key} {json.dumps(value)}" for key, value in settings.items() if key != "seed")
+
+
+def one_scene(campaign, page, name, description):
+    base = base_of(lambda d: run_json("bake", "plan", d, "--json"), description)
+    say(f"{name}: error against bake time")
+    photons = photon_runs(campaign, name, description, base)
+    others = {}
+    if name in campaign.choose(("temple",), ("cornell", "temple", "cloister")):
+        others = other_axes(campaign, name, description, base)
+    campaign.keep(f"bake_time_{name}", {"base": base, "photons": photons, **others})
+    page.heading(f"{name}", 3)
+    for key, what in (("relrmse_indirect", "indirect light"), ("relrmse", "whole picture")):
+        points = by_photons(photons, key)
+        floor = floor_of(points)
+        falling = [(n, e, d) for n, e, d, _ in points if e > 1.5 * floor]
+        slope = power_law([(n, (e * e - floor * floor) ** 0.5) for n, e, _ in falling if e > floor]) if len(falling) > 1 else None
+        note = f"Floor of e² = floor² + c/N: {floor:.4f}."
+        if slope:
+            note += f" Above it, what is left of the floor falls with the power {slope.slope:.2f} (−0.5 expected)."
+        page.plot(f"{name}_photons_{key}", f"{name}: {what}", "photons per lamp position", "relative error",
+                  [Series("measured" + (", three seeds" if not campaign.quick and points[0][2] else ""),
+                          [(n, e, d) for n, e, d, _ in points], fit=fitted([(n, e) for n, e, _ in falling]))],
+                  lines=[(floor, "floor")] if floor else [], note=note)
+    series = [Series("photons", [(t, e, d) for _, e, d, t in by_photons(photons, "relrmse")])]
+    for axis, runs in others.items():
+        series.append(Series(axis, [(r["bake_seconds"], r["relrmse"], 0) for r in runs],
+                             marks=[json.dumps(r["settings"][axis]) for r in runs]))
+    page.plot(f"{name}_time", f"{name}: every axis", "bake, s", "relative error of the picture", series, x_unit=" s")
+    rows = [[text_of(r["settings"]), f"{r['bake_seconds']:.1f}", f"{r['bytes'] / 1e6:.1f}", f"{r['relrmse']:.4f}",
+             f"{r['relrmse_indirect']:.4f}"] for r in pareto(photons + [r for runs in others.values() for r in runs])]
+    page.table(["settings", "baked, s", "MB", "error", "indirect"], rows,
+               "The Pareto front: nothing tried is both faster and better. What is not named is as in the scene's file.")
+
+
+def section(campaign, page):
+    page.heading("Error against bake time")
+    page.text("One setting at a time is moved away from the scene's own file (other settings than photons at a quarter of the "
+              "photons). Errors are those of `bake evaluate`, against path tracing at lamp positions that no fit has seen. "
+              + campaign.choose("Quick run: one scene, one seed.",
+                                "Bars: 95 % over three seeds, where three were run."))
+    for name, description in campaign.scenes.items():
+        if not campaign.quick or name == "temple":
+            one_scene(campaign, page, name, description)
