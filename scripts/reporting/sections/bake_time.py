@@ -30,9 +30,9 @@ def listed(values):
 
 
 def photon_runs(campaign, name, description, base):
-    shares = campaign.choose([1 / 16, 1 / 4, 1], [1 / 64, 1 / 16, 1 / 4, 1, 4])
-    if name not in ("cornell", "temple", "cloister"):
-        shares = [s for s in shares if s <= 1]
+    shares = campaign.choose([1 / 16, 1 / 4, 1], [1 / 64, 1 / 16, 1 / 4, 1])
+    if name == "temple" and not campaign.quick:
+        shares.append(4)
     photons = [max(1, round(base["photons"] * s)) for s in shares]
     seeds = campaign.choose([1], [1, 2, 3] if name in ("cornell", "temple", "cloister") else [1])
     return sweep(campaign, name, description, f"photons={listed(photons)}", f"seed={listed(seeds)}")
@@ -91,7 +91,7 @@ def one_scene(campaign, page, name, description):
     say(f"{name}: error against bake time")
     photons = photon_runs(campaign, name, description, base)
     others = {}
-    if name in campaign.choose(("temple",), ("cornell", "temple", "cloister")):
+    if name in campaign.choose(("temple",), ("cornell", "temple")):
         others = other_axes(campaign, name, description, base)
     campaign.keep(f"bake_time_{name}", {"base": base, "photons": photons, **others})
     page.heading(f"{name}", 3)

@@ -75,7 +75,7 @@ def section(campaign, page):
             continue
         map_file = bake(campaign, name, description)
         say(f"{name}: parts of the error")
-        options = ("--lights", campaign.choose(3, 8), "--pixels", campaign.choose(500, 1500), "--paths", campaign.choose(64, 192))
+        options = ("--lights", campaign.choose(3, 6), "--pixels", campaign.choose(500, 1500), "--paths", campaign.choose(64, 192))
         if campaign.quick:
             options += ("--own-photons", 4)
         parts = campaign.keep(f"parts_{name}", json.loads(run("bake", "evaluate", map_file, "--parts", "--json", *options)))

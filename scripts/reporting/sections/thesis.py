@@ -86,9 +86,10 @@ def figures_17_18(campaign, page):
     map_file = bake(campaign, "temple", campaign.scenes["temple"])
     work = map_file.with_name(map_file.name + ".work")
     volume = sorted(p for p in work.rglob("*.vdb") if p.name != "cells.vdb")[0]
+    place = ",".join(f"{v:.6g}" for v in campaign.data["figure_27"][0]["samples"][0]["position"])
     options = ("--size", "393x393", "--spp", 4)
     photon, density = campaign.work("figure_17.png"), campaign.work("figure_18.png")
-    view(map_file, photon, "--integrator", "photon_map", "--view", "indirect", *options)
+    view(map_file, photon, "--integrator", "photon_map", "--view", "indirect", "--light", f"lamp={place}", *options)
     view(map_file, density, "--view", "density", "--volume", volume, *options)
     page.slider("figures_17_18", "`temple`: indirect light of 40,000 photons by a photon map (50 nearest), and one density volume of "
                 "as many photons (grey). The volume is smoother: a cell gathers all photons that land in it, however few.",
