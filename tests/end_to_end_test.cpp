@@ -185,6 +185,52 @@ TEST(EndToEnd, RivalsOfTheMap) {
     expect_failure("viewer " + map + " --benchmark --integrator whitted", 2, {"--integrator", "--output"});
 }
 
+nlohmann::json json_of(const std::string& command) {
+    const Outcome outcome = run(command + " --json --quiet");
+    EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.text;
+    return nlohmann::json::parse(outcome.text);
+}
+
+TEST(EndToEnd, SettingsOnTheCommandLineAndAFitInNumbers) {
+    const std::string scene = description("samples"), map = map_path("samples");
+    ASSERT_EQ(run("bake run " + scene + " -o " + map + " --set degree=1 --set cells=8").code, 0);
+    const auto info = json_of("bake info " + map);
+    EXPECT_EQ(info["lights"][0]["terms"], 4);
+    EXPECT_EQ(*std::ranges::max_element(info["grid"]), 8);
+    EXPECT_EQ(json_of("bake plan " + scene + " --set cells=8")["grid"], info["grid"]);
+
+    const auto all = json_of("bake samples " + map + " --count 3");
+    ASSERT_EQ(all.size(), 6u);  // of both components
+    for (const auto& patch : all) {
+        double sum = 0, squares = 0;
+        ASSERT_EQ(patch["samples"].size(), 60u);
+        for (const auto& s : patch["samples"]) {
+            const double difference = s["measured"].get<double>() - s["fitted"].get<double>();
+            sum += s["measured"].get<double>() / 60, squares += difference * difference / 60;
+        }
+        EXPECT_NEAR(patch["mean"].get<double>(), sum, 1e-6 * sum);
+        EXPECT_NEAR(patch["residual"].get<double>(), std::sqrt(squares), 1e-6 * std::sqrt(squares));
+    }
+    const auto relative = [&](std::size_t i) {
+        return all[i]["residual"].get<double>() / all[i]["mean"].get<double>();
+    };
+    EXPECT_GE(relative(0), relative(1));  // the worst first
+    EXPECT_GE(relative(1), relative(2));
+
+    const auto whitted =
+        json_of("bake evaluate " + map + " --integrator whitted --lights 2 --pixels 100 --paths 32");
+    EXPECT_NEAR(whitted["relrmse_indirect"].get<double>(), 1, 1e-6);
+    const std::string few = " --lights 2 --pixels 300 --paths 64 --integrator photon_map --photons ";
+    EXPECT_GT(json_of("bake evaluate " + map + few + "500")["relrmse_indirect"].get<double>(),
+              json_of("bake evaluate " + map + few + "50000")["relrmse_indirect"].get<double>());
+
+    expect_failure("bake run " + scene + " --set colour=1", 2, {"colour", "degree"});
+    expect_failure("bake run " + scene + " --set degree", 2, {"KEY=VALUE"});
+    expect_failure("bake run " + scene + " --set degree=9", 1, {"degree", "0 to 3"});
+    fs::remove_all(map + ".work");
+    expect_failure("bake samples " + map, 1, {map + ".work", "--clean"});
+}
+
 TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
     expect_failure("bake run /nowhere/scene.toml", 1, {"/nowhere/scene.toml"});
     expect_failure("bake run " + description("no_geometry", "", "nowhere.obj"), 1,

@@ -13,7 +13,8 @@ RATE = {"temple": 2.29, "cloister": 1.375}
 LAMPS = {2: -22.6, 3: -33.3, 4: -41.5}
 BOTH = ["direct", "indirect"]
 NOTE = ("**Our scenes are stand-ins of equal counts, not the thesis' models**, and the machine is another: its numbers stand beside "
-        "ours for orientation. The thesis' text was not at hand; where a number of its is missing here, we do not know it.")
+        "ours for orientation. The thesis' text was not at hand; where a number of its is missing here, we do not know it. For the same reason its "
+        "figures 15 and 16, which we cannot name, have no counterpart below.")
 
 
 def readme_table(description):
