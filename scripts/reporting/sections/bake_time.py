@@ -7,6 +7,8 @@ from ..plots import Series
 from ..tools import half_width, run_json, say
 
 EVALUATE = ("--lights", 12, "--pixels", 1500, "--paths", 192)
+SEVERAL_SEEDS = ("cornell", "temple", "cloister")
+EVERY_AXIS = ("temple",)
 QUICK = ("--lights", 6, "--pixels", 600, "--paths", 96)
 
 
@@ -31,10 +33,12 @@ def listed(values):
 
 def photon_runs(campaign, name, description, base):
     shares = campaign.choose([1 / 16, 1 / 4, 1], [1 / 64, 1 / 16, 1 / 4, 1])
-    if name == "temple" and not campaign.quick:
+    if name not in SEVERAL_SEEDS:
+        shares = [1 / 16, 1]
+    elif name == "temple" and not campaign.quick:
         shares.append(4)
     photons = [max(1, round(base["photons"] * s)) for s in shares]
-    seeds = campaign.choose([1], [1, 2, 3] if name in ("cornell", "temple", "cloister") else [1])
+    seeds = campaign.choose([1], [1, 2, 3] if name in SEVERAL_SEEDS else [1])
     return sweep(campaign, name, description, f"photons={listed(photons)}", f"seed={listed(seeds)}")
 
 
@@ -86,14 +90,17 @@ def text_of(settings):
     return ", ".join(f"{key} {json.dumps(value)}" for key, value in settings.items() if key != "seed")
 
 
-def one_scene(campaign, page, name, description):
-    base = base_of(lambda d: run_json("bake", "plan", d, "--json"), description)
+def measure(campaign, name, description):
     say(f"{name}: error against bake time")
-    photons = photon_runs(campaign, name, description, base)
-    others = {}
-    if name in campaign.choose(("temple",), ("cornell", "temple")):
-        others = other_axes(campaign, name, description, base)
-    campaign.keep(f"bake_time_{name}", {"base": base, "photons": photons, **others})
+    base = base_of(lambda d: run_json("bake", "plan", d, "--json"), description)
+    with_others = name in EVERY_AXIS
+    return {"base": base, "photons": photon_runs(campaign, name, description, base),
+            "others": other_axes(campaign, name, description, base) if with_others else {}}
+
+
+def one_scene(campaign, page, name, description):
+    measured = campaign.once(f"bake_time_{name}", lambda: measure(campaign, name, description))
+    photons, others = measured["photons"], measured["others"]
     page.heading(f"{name}", 3)
     for key, what in (("relrmse_indirect", "indirect light"), ("relrmse", "whole picture")):
         points = by_photons(photons, key)

@@ -17,12 +17,10 @@ def section(campaign, page):
     view(map_file, pictures["polynomial"], "--spp", 16, "--size", SIZE, "--exposure", exposure)
     view(map_file, pictures["photon_map"], "--integrator", "photon_map", "--photons", campaign.choose(400000, 2000000), "--spp", 4,
          "--size", SIZE, "--exposure", exposure)
-    errors = {}
-    for name in ("polynomial", "photon_map"):
-        options = ("--integrator", name) + (("--photons", campaign.choose(400000, 2000000)) if name == "photon_map" else ())
-        errors[name] = run_json("bake", "evaluate", map_file, "--json", "--lights", campaign.choose(2, 6), "--pixels", 1000, "--paths",
-                                campaign.choose(64, 256), *options)
-    campaign.keep("caustic", errors)
+    photons = {"polynomial": (), "photon_map": ("--photons", campaign.choose(400000, 2000000))}
+    errors = campaign.once("caustic", lambda: {
+        name: run_json("bake", "evaluate", map_file, "--json", "--lights", campaign.choose(2, 6), "--pixels", 1000, "--paths",
+                       campaign.choose(64, 256), "--integrator", name, *options) for name, options in photons.items()})
     page.text("Light of a point lamp that has passed glass: photons find it and the map holds it as indirect light; the eye's paths "
               "cannot find it, so `path` adds photons connected to the camera. A caustic is finer than a cell, so the map blurs it: "
               f"error {errors['polynomial']['relrmse']:.3f} (photon map with {campaign.choose('400,000', '2,000,000')} photons and a "

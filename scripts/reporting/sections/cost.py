@@ -5,7 +5,7 @@ import os
 
 from ..fit import fitted, power_law
 from ..plots import Series
-from ..tools import description_with, run_json, run_measured, say, settings_options
+from ..tools import run_json, run_measured, say, settings_options
 
 
 def measure(campaign, name, description, settings, *options):
@@ -55,58 +55,63 @@ def subdivided(campaign, levels):
     return toml, 12 * 4 ** levels
 
 
-def curve(campaign, page, name, what, points, note):
+def curve(page, name, what, points, note):
     """points: (x, measured)"""
     rows = [(x, m["seconds"]) for x, m in points]
     series = [Series("whole bake", [(x, m["seconds"], 0) for x, m in points], fit=fitted(rows))]
     series += [Series(part, [(x, m[f"{part}_seconds"], 0) for x, m in points if m[f"{part}_seconds"] > 0])
                for part in ("cells", "trace", "fit")]
     page.plot(f"cost_{name}", f"Bake time against {what}", what, "seconds", series, y_unit=" s", note=note)
-    memory = [(x, m["peak"]) for x, m in points]
-    fit = lambda pairs: f"{power_law(pairs).slope:.2f}" if len(pairs) > 1 else "—"
-    return [what, f"{points[0][0]:,} … {points[-1][0]:,}", fit(rows), fit([(x, m["trace_seconds"]) for x, m in points]),
-            fit([(x, m["fit_seconds"]) for x, m in points]), fit(memory),
+
+    def exponent(key):
+        pairs = [(x, m[key]) for x, m in points]
+        return f"{power_law(pairs).slope:.2f}" if len(pairs) > 1 else "—"
+
+    return [what, f"{points[0][0]:,} … {points[-1][0]:,}", *map(exponent, ("seconds", "trace_seconds", "fit_seconds", "peak")),
             f"{points[0][1]['peak'] / 1e6:.0f} … {points[-1][1]['peak'] / 1e6:.0f} MB"]
 
 
-def more_axes(campaign, add, one, few, cells):
-    add("cells", "cells along the longest side", [(n, one("cells", {**few, "cells": n})) for n in
-                                                  (cells // 2, cells, 2 * cells, 3 * cells)],
-        "Patches grow with the square (surfaces), and with them fit, volumes and file; tracing only a little.")
-    rooms = [subdivided(campaign, level) for level in (1, 3, 5, 7)]
-    add("triangles", "triangles", [(n, measure(campaign, "triangles", toml, {})) for toml, n in rooms],
-        "An empty room with its walls cut finer: rays take logarithmic time, the cutting into fragments linear time.")
-    four = campaign.scenes["temple"].parent / "temple_four_lamps.toml"
-    add("lamps", "lamps", [(n, measure(campaign, "lamps", more_lamps(campaign, four, n), few)) for n in
-                           (1, 2, 3, 4)], "Each lamp has its own positions, photons and polynomials.")
+# axis: what grows, and what to know of it
+AXES = {
+    "photons": ("photons per position",
+                "Finding the cells does not depend on it; tracing is linear once it outweighs writing each volume."),
+    "positions": ("lamp positions", "Tracing and fitting are linear: the fit streams the volumes and factorises once."),
+    "cells": ("cells along the longest side",
+              "Patches grow with the square (surfaces), and with them fit, volumes and file; tracing only a little."),
+    "triangles": ("triangles", "An empty room with its walls cut finer: rays take logarithmic time, the cutting into fragments "
+                  "linear time."),
+    "lamps": ("lamps", "Each lamp has its own positions, photons and polynomials."),
+    "threads": ("threads", "−1 would be perfect: reading the scene and writing the map are done by one thread."),
+}
+
+
+def measure_all(campaign):
+    say("cost as the work grows")
+    temple = campaign.scenes["temple"]
+    cells = max(run_json("bake", "plan", temple, "--json")["grid"])
+    four = temple.parent / "temple_four_lamps.toml"
+    few = {"photons": 10000}
+    count = campaign.choose(2, 4)
+
+    def one(settings, *options):
+        return measure(campaign, "temple", temple, settings, *options)
+
+    points = {"photons": [(n, one({"photons": n})) for n in (2500, 10000, 40000, 160000)[:count]],
+              "positions": [(n, one({**few, "samples": n})) for n in (60, 120, 240, 480)[:count]]}
+    if not campaign.quick:
+        rooms = [subdivided(campaign, level) for level in (1, 3, 5, 7)]
+        points["cells"] = [(n, one({**few, "cells": n})) for n in (cells // 2, cells, 2 * cells, 3 * cells)]
+        points["triangles"] = [(n, measure(campaign, "room", toml, {})) for toml, n in rooms]
+        points["lamps"] = [(n, measure(campaign, "lamps", more_lamps(campaign, four, n), few)) for n in (1, 2, 3, 4)]
+    cores = os.cpu_count() or 1
+    if cores > 1:
+        points["threads"] = [(n, one(few, "--threads", n)) for n in sorted({1, 2, cores})]
+    return points
 
 
 def section(campaign, page):
     page.heading("Cost as the work grows")
-    say("cost as the work grows")
-    temple = campaign.scenes["temple"]
-    plan = run_json("bake", "plan", temple, "--json")
-    cells = max(plan["grid"])
-    few = {"photons": 10000}
-    one = lambda name, settings, *options: measure(campaign, name, temple, settings, *options)
-    sizes = campaign.choose(1, 3)
-    table, kept = [], {}
-
-    def add(name, what, points, note):
-        kept[name] = points
-        table.append(curve(campaign, page, name, what, points, note))
-
-    add("photons", "photons per position", [(n, one("photons", {"photons": n})) for n in
-                                            (2500, 10000, 40000, 160000)[:sizes + 1]],
-        "Finding the cells does not depend on it; tracing is linear once it outweighs writing each volume.")
-    add("positions", "lamp positions", [(n, one("samples", {**few, "samples": n})) for n in (60, 120, 240, 480)[:sizes + 1]],
-        "Tracing and fitting are linear: the fit streams the volumes and factorises once.")
-    if not campaign.quick:
-        more_axes(campaign, add, one, few, cells)
-    cores = os.cpu_count() or 1
-    if cores > 1:
-        add("threads", "threads", [(n, one("threads", few, "--threads", n)) for n in sorted({1, 2, cores})],
-            "−1 would be perfect: reading the scene and writing the map are done by one thread.")
-    campaign.keep("cost", kept)
+    points = campaign.once("cost", lambda: measure_all(campaign))
+    table = [curve(page, name, *AXES[name][:1], own, AXES[name][1]) for name, own in points.items()]
     page.table(["grows", "from … to", "exponent of the whole", "of tracing", "of the fit", "of peak memory", "peak memory"], table,
                "Exponents of power laws through the points; the base is `temple` with 10,000 photons, the triangles' a bare room.")

@@ -61,6 +61,12 @@ def worst_row(w):
             f"{w.get('lamp_distance', 0):.2f}"]
 
 
+def measure(campaign, name, description, options):
+    map_file = bake(campaign, name, description)
+    say(f"{name}: parts of the error")
+    return json.loads(run("bake", "evaluate", map_file, "--parts", "--json", *options))
+
+
 def section(campaign, page):
     page.heading("Where the error is")
     page.text("Controlled experiments at unseen lamp positions, along the same camera rays. From our picture to the truth in four "
@@ -73,12 +79,10 @@ def section(campaign, page):
     for name, description in campaign.scenes.items():
         if campaign.quick and name != "temple":
             continue
-        map_file = bake(campaign, name, description)
-        say(f"{name}: parts of the error")
         options = ("--lights", campaign.choose(3, 6), "--pixels", campaign.choose(500, 1500), "--paths", campaign.choose(64, 192))
         if campaign.quick:
             options += ("--own-photons", 4)
-        parts = campaign.keep(f"parts_{name}", json.loads(run("bake", "evaluate", map_file, "--parts", "--json", *options)))
+        parts = campaign.once(f"parts_{name}", lambda: measure(campaign, name, description, options))
         own, cross = shares(parts)
         rows.append([name, f"{max(0, parts['relative_square']) ** 0.5:.4f}",
                      *(f"{share:.0f} % ± {100 * c / parts['relative_square']:.0f}" if parts["relative_square"] > 0 else "—"

@@ -9,6 +9,7 @@ from ..tools import ROOT, bake, has, run, run_json, say, view
 
 SIZE = "393x393"
 BOTH = ["direct", "indirect"]
+MOST_PHOTONS = 20_000_000  # that are kept at once
 
 
 def benchmark(map_file, *options):
@@ -43,8 +44,9 @@ def path_curve(campaign, map_file, evaluation, name):
 def photon_map_curve(campaign, map_file, base_photons, positions, name):
     tries = [(base_photons, 50, 0), (4 * base_photons, 100, 0), (base_photons, 50, 16)]
     if not campaign.quick:
-        tries += [(16 * base_photons, 200, 0), (base_photons, 50, 64), (4 * base_photons, 100, 64),
-                  (base_photons * positions, 50, 0), (base_photons * positions, 400, 0)]
+        tries += [(16 * base_photons, 200, 0), (base_photons, 50, 64), (4 * base_photons, 100, 64)]
+        if base_photons * positions <= MOST_PHOTONS:  # as many as the whole bake
+            tries += [(base_photons * positions, 50, 0), (base_photons * positions, 400, 0)]
     points = []
     for photons, nearest, gather in tries:
         options = ["--integrator", "photon_map", "--photons", photons, "--nearest", nearest, "--gather", gather]
@@ -78,21 +80,25 @@ def seconds_to(curve, error):
     return t * (e / error) ** 2
 
 
-def one_scene(campaign, page, name, description):
+def measure(campaign, name, description):
     say(f"{name}: error against frame time")
     frames, evaluation = ours(campaign, name, description)
     map_file = campaign.work(f"{name}.vdb")
     plan = run_json("bake", "plan", description, "--json")
-    positions, photons = plan["light_samples"], plan["photons_total"] // plan["light_samples"]
-    paths = path_curve(campaign, map_file, evaluation, name)
-    maps = photon_map_curve(campaign, map_file, photons, positions, name)
     whitted = evaluated(campaign, map_file, "--integrator", "whitted", lights=campaign.choose(2, 4))["relrmse"]
     whitted_time = view(map_file, campaign.work(f"{name}_whitted.exr"), "--integrator", "whitted", "--spp", 1, "--size",
                         SIZE)["frame_seconds"]
-    cycles = cycles_curve(campaign, name, description)
-    texture = texture_map(campaign, name, map_file)
-    campaign.keep(f"frame_time_{name}", {"ours": frames, "path": paths, "photon_map": maps, "cycles": cycles,
-                                         "whitted": [whitted, whitted_time], "texture_map": texture})
+    return {"ours": frames, "path": path_curve(campaign, map_file, evaluation, name),
+            "photon_map": photon_map_curve(campaign, map_file, plan["photons_total"] // plan["light_samples"],
+                                           plan["light_samples"], name),
+            "cycles": cycles_curve(campaign, name, description), "whitted": [whitted, whitted_time],
+            "texture_map": texture_map(campaign, name, map_file)}
+
+
+def one_scene(campaign, page, name, description):
+    m = campaign.once(f"frame_time_{name}", lambda: measure(campaign, name, description))
+    frames, paths, maps, cycles = m["ours"], m["path"], m["photon_map"], m["cycles"]
+    (whitted, whitted_time), texture = m["whitted"], m["texture_map"]
     page.heading(name, 3)
     series = [Series("our map", [(t, e, 0) for _, e, t in frames], line=False, marks=[l for l, _, _ in frames]),
               Series("path tracing (ours)", [(t, e, 0) for _, e, t in paths], marks=[str(n) for n, _, _ in paths])]
