@@ -24,6 +24,7 @@ class Campaign:
     scenes: dict  # name: description
     data: dict = field(default_factory=dict)  # all numbers, for report.json
     key: str = ""  # of programs, scenes and thoroughness
+    seconds: float = 0  # of measuring, whenever it was done
 
     def __post_init__(self):
         parts = [str(self.quick).encode()]
@@ -39,10 +40,13 @@ class Campaign:
         path = self.folder / "data" / f"{name}.json"
         known = json.loads(path.read_text()) if path.exists() else {}
         if known.get("key") != self.key:
+            start = time.monotonic()
             known = {"key": self.key, "value": measure()}
+            known["seconds"] = time.monotonic() - start
             write_json(path, known)
             known = json.loads(path.read_text())  # as it will be read again
         self.data[name] = known["value"]
+        self.seconds += known.get("seconds", 0)
         return known["value"]
 
     def work(self, name):
