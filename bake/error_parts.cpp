@@ -28,7 +28,6 @@ namespace {
 constexpr int kParts = 4;
 constexpr std::array<const char*, kParts> kNames{"noise", "polynomial", "leak", "grid"};
 constexpr int kUnseen = 1 << 19;  // numbers of lamp positions that no bake uses
-constexpr int kShadowSamples = 256;
 constexpr std::size_t kWorst = 8;
 
 using Colours = std::vector<Rgb>;
@@ -128,15 +127,7 @@ class ErrorParts {
     }
 
     Moment moment(const IlluminationMap& map, int position) const {
-        Moment m{.scene = baked_.scene,
-                 .caster = caster_,
-                 .map = map,
-                 .lights = reference_.lamps(position),
-                 .patch_values = {}};
-        m.direct = map.has(Component::direct) ? DirectLight::baked : DirectLight::traced;
-        m.indirect = map.has(Component::indirect);
-        m.shadow_samples = kShadowSamples;
-        return m;
+        return evaluated_moment(baked_.scene, caster_, map, reference_.lamps(position));
     }
 
     std::vector<Landed> land(int position, int half) const {
@@ -152,7 +143,8 @@ class ErrorParts {
         return all;
     }
 
-    // Irradiance of the patches from a density volume of this very position.
+    // Irradiance of the patches from a density volume of this very position, where photons belong to no
+    // patch.
     Colours own_volume(int position, int half) const {
         Scene scene = other_scene(half);
         scene.bake.photons *= uint64_t(options_.photons);
@@ -175,8 +167,12 @@ class ErrorParts {
         for (std::size_t half = 0; half < 2; ++half) {
             Moment other = moment(others[half], i), exact = moment(baked_.map, i);
             evaluate_patches(other);
-            exact.patch_values = own_volume(i, int(half) + 1);
-            if (visible) visible->set(land(i, int(half) + 1));
+            if (visible) {
+                visible->set(land(i, int(half) + 1));
+                exact.patch_values = visible->patch_values();
+            } else {
+                exact.patch_values = own_volume(i, int(half) + 1);
+            }
             for (int c = 0; c < reference_.cameras(); ++c) {
                 auto& pictures = seen[half].emplace_back();
                 const auto by = [&](const Moment& m) {

@@ -20,8 +20,6 @@
 namespace pim {
 namespace {
 
-constexpr int kShadowSamples = 256;  // per rectangular lamp: the map's error, not that of soft shadows
-
 // Sums over the pixels of one camera and lamp position.
 struct ErrorSums {
     double error = 0, norm = 0, noise = 0;
@@ -85,11 +83,8 @@ class Evaluation {
 
   private:
     Moment moment(const std::vector<LightState>& lamps, bool with_direct, int shadow_samples) const {
-        const bool baked_direct = baked_.map.has(Component::direct);
-        Moment m{
-            .scene = baked_.scene, .caster = caster_, .map = baked_.map, .lights = lamps, .patch_values = {}};
-        m.direct = !with_direct ? DirectLight::none : baked_direct ? DirectLight::baked : DirectLight::traced;
-        m.indirect = baked_.map.has(Component::indirect);
+        Moment m = evaluated_moment(baked_.scene, caster_, baked_.map, lamps);
+        if (!with_direct) m.direct = DirectLight::none;
         m.shadow_samples = shadow_samples;
         evaluate_patches(m);
         return m;
@@ -118,7 +113,8 @@ class Evaluation {
     }
 
     Position evaluate_position(int i) const {
-        const auto whole = renderer(i, true, kShadowSamples), part = renderer(i, false, kShadowSamples);
+        const auto whole = renderer(i, true, kEvaluationShadowSamples),
+                   part = renderer(i, false, kEvaluationShadowSamples);
         Position result;
         const double cameras = reference_.cameras();
         for (int c = 0; c < reference_.cameras(); ++c) {

@@ -115,6 +115,11 @@ ErrorPartsOptions parts_options(const Arguments& a, const EvaluateOptions& evalu
 
 Contest contest_of(const Arguments& a) {
     Contest contest = a.contest;
+    const PhotonMapOptions &photon_map = contest.photon_map, usual;
+    if (a.contestant != "photon_map" &&
+        (photon_map.photons_per_lamp != usual.photons_per_lamp || photon_map.nearest != usual.nearest ||
+         photon_map.gather != usual.gather))
+        throw UsageError("--photons, --nearest and --gather need --integrator photon_map");
     if (a.contestant == "photon_map") contest.contestant = Contestant::photon_map;
     if (a.contestant == "whitted") contest.contestant = Contestant::whitted;
     return contest;
@@ -168,30 +173,33 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
         [](const Arguments& x) {
             EvaluateOptions options = x.evaluate;
             if (!x.geometry.empty()) options.geometry = x.geometry;
-            if (x.parts || !x.pictures.empty())
+            if (x.parts)
                 print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
             else
                 print(Evaluator(options).evaluate(x.input, contest_of(x)), x.json, evaluation_text);
         });
     add_evaluation_options(evaluate, a);
-    evaluate->add_option("--integrator", a.contestant, "what is held against the reference")
-        ->check(CLI::IsMember({"polynomial", "photon_map", "whitted"}))
-        ->capture_default_str();
-    evaluate->add_option("--photons", a.contest.photon_map.photons_per_lamp, "photon_map: photons per lamp")
-        ->check(CLI::Range(1, 100000000))
-        ->capture_default_str();
-    evaluate->add_option("--nearest", a.contest.photon_map.nearest, "photon_map: photons per estimate")
-        ->check(CLI::Range(2, 100000))
-        ->capture_default_str();
-    evaluate->add_option("--gather", a.contest.photon_map.gather, "photon_map: rays of final gathering")
-        ->check(CLI::Range(0, 1 << 20))
-        ->capture_default_str();
-    evaluate->add_flag("--parts", a.parts, "where the error is: noise, polynomial, leak, grid");
-    evaluate->add_option("--pictures", a.pictures, "with --parts: a folder for pictures of them");
-    evaluate
-        ->add_option("--own-photons", a.own_photons, "with --parts: of a volume of its own, times the bake's")
+    CLI::Option* integrator =
+        evaluate->add_option("--integrator", a.contestant, "what is held against the reference")
+            ->check(CLI::IsMember({"polynomial", "photon_map", "whitted"}))
+            ->capture_default_str();
+    PhotonMapOptions& photon_map = a.contest.photon_map;
+    for (CLI::Option* option :
+         {evaluate->add_option("--photons", photon_map.photons_per_lamp, "photon_map: photons per lamp")
+              ->check(CLI::Range(1, 100000000)),
+          evaluate->add_option("--nearest", photon_map.nearest, "photon_map: photons per estimate")
+              ->check(CLI::Range(2, 100000)),
+          evaluate->add_option("--gather", photon_map.gather, "photon_map: rays of final gathering")
+              ->check(CLI::Range(0, 1 << 20))})
+        option->capture_default_str()->needs(integrator);
+    CLI::Option* parts =
+        evaluate->add_flag("--parts", a.parts, "where the error is: noise, polynomial, leak, grid");
+    parts->excludes(integrator);
+    evaluate->add_option("--pictures", a.pictures, "a folder for pictures of the parts")->needs(parts);
+    evaluate->add_option("--own-photons", a.own_photons, "of a volume of its own, times the bake's")
         ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->needs(parts);
     evaluate->add_option("--geometry", a.geometry, "the geometry file, where it has moved");
     evaluate->add_flag("--json", a.json, "as JSON");
 

@@ -24,6 +24,15 @@ Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
 
 }  // namespace
 
+Moment evaluated_moment(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
+                        const std::vector<LightState>& lamps) {
+    Moment m{.scene = scene, .caster = caster, .map = map, .lights = lamps, .patch_values = {}};
+    m.direct = map.has(Component::direct) ? DirectLight::baked : DirectLight::traced;
+    m.indirect = map.has(Component::indirect);
+    m.shadow_samples = kEvaluationShadowSamples;
+    return m;
+}
+
 std::vector<LightState> unseen_lamps(const Scene& scene, const Solids& solids, int i) {
     std::vector<LightState> states;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {

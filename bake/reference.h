@@ -7,7 +7,7 @@
 
 #include "bake/evaluate.h"
 #include "common/core/random.h"
-#include "common/map/illumination_map.h"
+#include "common/render/map_radiance.h"
 #include "common/scene/geometry_check.h"
 #include "common/transport/ray_caster.h"
 
@@ -49,6 +49,13 @@ class Reference {
     std::vector<std::vector<LightState>> lamps_;       // [position]
     std::vector<std::vector<ReferencePixel>> pixels_;  // [view]
 };
+
+// Of rectangular lamps in evaluations: the map's error, not that of soft shadows.
+inline constexpr int kEvaluationShadowSamples = 256;
+
+// A map's light as evaluations see it, patches not evaluated yet: direct light from the map where it has it.
+Moment evaluated_moment(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
+                        const std::vector<LightState>& lamps);
 
 // All lamps at once, uniform in their domains, outside solids.
 std::vector<LightState> unseen_lamps(const Scene& scene, const Solids& solids, int position);

@@ -113,6 +113,17 @@ void VisibleLight::set(std::vector<Landed> landed) {
     first_landed_ = sort_by_patch(landed_, first_place_.size() - 1, &Landed::patch);
 }
 
+std::vector<Rgb> VisibleLight::patch_values() const {
+    std::vector<Rgb> values;
+    for (std::size_t p = 0; p + 1 < first_landed_.size(); ++p) {
+        Vec3d sum(0);
+        for (uint32_t i = first_landed_[p]; i < first_landed_[p + 1]; ++i)
+            sum += Vec3d(landed_[i].irradiance);
+        values.emplace_back(sum);
+    }
+    return values;
+}
+
 Rgb VisibleLight::irradiance(const IlluminationMap& map, const RayCaster& caster,
                              const SurfacePoint& s) const {
     const Vec3 from = lifted(s, lift_);

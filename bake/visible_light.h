@@ -22,6 +22,7 @@ class VisibleLight {
   public:
     VisibleLight(const Scene& scene, const Cells& cells, const SurfaceCells& surface);
     void set(std::vector<Landed> landed);
+    std::vector<Rgb> patch_values() const;  // W/m², of all that landed
     // Irradiance at a surface: the look-up's weights, but of each patch only the part that the place can see
     // counts, its photons and its area; segments run a tenth of a cell above both surfaces. Nearly 0 where
     // the place sees nothing of what it looks up.

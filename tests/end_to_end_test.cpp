@@ -224,6 +224,10 @@ TEST(EndToEnd, SettingsOnTheCommandLineAndAFitInNumbers) {
     EXPECT_GT(json_of("bake evaluate " + map + few + "500")["relrmse_indirect"].get<double>(),
               json_of("bake evaluate " + map + few + "50000")["relrmse_indirect"].get<double>());
 
+    for (const char* ignored :
+         {"--photons 100", "--gather 4", "--pictures p", "--own-photons 2", "--parts --integrator whitted"})
+        expect_failure("bake evaluate " + map + " " + ignored, 2, {"--"});
+    expect_failure("bake evaluate " + map + " --integrator whitted --nearest 9", 2, {"photon_map"});
     expect_failure("bake run " + scene + " --set colour=1", 2, {"colour", "degree"});
     expect_failure("bake run " + scene + " --set degree", 2, {"KEY=VALUE"});
     expect_failure("bake run " + scene + " --set degree=9", 1, {"degree", "0 to 3"});

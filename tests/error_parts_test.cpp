@@ -110,6 +110,10 @@ TEST(VisibleLight, IsTheLookUpWhereNothingStandsBetween) {
         const SurfacePoint s = lit.seen_from(lit.scene.baked.scene.lights[0].position, direction);
         EXPECT_NEAR(lit.seen(s), lit.looked_up(s), 1e-4f * lit.looked_up(s));
     }
+    const auto sums = lit.visible.patch_values();
+    ASSERT_EQ(sums.size(), lit.values.size());
+    for (std::size_t p = 0; p < sums.size(); ++p)
+        EXPECT_NEAR(sums[p].x, lit.values[p].x, 1e-5f * lit.values[p].x);
 }
 
 // Cells of the floor straddle the wall at x = 3 between a bright room and one without light.

@@ -40,7 +40,7 @@ def pictures(campaign, page, name, map_file):
     folder = campaign.work(f"{name}_parts")
     folder.mkdir(exist_ok=True)
     cameras = campaign.scenes[name].read_text().count("[[camera]]")
-    run("bake", "evaluate", map_file, "--pictures", folder, "--lights", 1, "--pixels", 40000 * cameras, "--paths",
+    run("bake", "evaluate", map_file, "--parts", "--pictures", folder, "--lights", 1, "--pixels", 40000 * cameras, "--paths",
         campaign.choose(32, 128))
     camera = next(folder.glob("*_map.exr")).name.removesuffix("_map.exr")
     mean = mean_of(folder / f"{camera}_reference.exr")
