@@ -3,7 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bake/choose.h"
 #include "bake/fit.h"
+#include "bake/tracing.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/log.h"
@@ -17,94 +19,69 @@ namespace pim {
 namespace fs = std::filesystem;
 namespace {
 
-// A bake in progress: the scene, what rays need, and where results are kept.
+fs::path output_of(const Scene& scene, const BakeOptions& options) {
+    return options.output.value_or(default_output(scene.description_file));
+}
+
+fs::path checked_output(fs::path output) {
+    check_output(output);
+    return output;
+}
+
+Scene scene_of(const fs::path& description, const BakeOptions& options) {
+    return read_scene(description, {.settings = options.settings, .geometry = {}});
+}
+
+// A farm's parts must agree on settings before the first photon.
+void check_settled(const Scene& scene) {
+    if (is_automatic(scene))
+        throw Error(fmt::format(
+            "{}: leaves settings to be chosen, which `bake run` does; to trace or fit by parts, take what it "
+            "chose (`bake info FILE.vdb --description`) or write cells, photons, samples and boxes",
+            scene.description_file.string()));
+}
+
+// A bake in progress: what photons make, and the map fitted to it.
 class Bake {
   public:
-    Bake(const fs::path& description, const BakeOptions& options)
-        : options_(options),
-          output_(options.output.value_or(default_output(description))),
-          scene_(read_scene(description, {.settings = options.settings, .geometry = {}})),
-          caster_(scene_.geometry, InstructionSet::pinned),
-          solids_(solids_of(scene_)),
-          work_(begin_work()) {
-        for (const std::string& warning : warnings_) log_warning(warning);
+    Bake(Scene scene, const BakeOptions& options)
+        : options_(options), output_(checked_output(output_of(scene, options))), tracing_(std::move(scene)) {
+        check_settled(scene_);
+        std::vector<std::string> warnings;
+        samples_ = all_light_samples(scene_, tracing_.solids(), warnings);
+        check_boxes();
+        for (const std::string& warning : warnings) log_warning(warning);
+        const fs::path folder = WorkFolder::beside(output_);
+        if (options.overwrite) fs::remove_all(folder);
+        tracing_.open(folder);
+        tracing_.find_cells();
     }
 
-    // Which surface counts, from the work folder or anew.
-    void find_cells() {
-        const Stopwatch watch;
-        if (auto known = work_.read_cells()) {
-            cells_ = std::move(*known);
-        } else {
-            cells_ = pim::find_cells(scene_, caster_,
-                                     [&](const Vec3& p) { return solids_.containing(p).empty(); });
-            work_.write_cells(cells_);
-            note_seconds("cells_seconds", watch.seconds());
-        }
-        if (cells_.patches.empty())
-            throw Error("no light reaches any surface in the bounds; do lamps and bounds fit?");
-        log_info(fmt::format("{} of {} cells hold surface that counts: {} patches, {:.4g} of {:.4g} m²",
-                             cells_.index.cell_count(), cells_.grid.cell_count(), cells_.patches.size(),
-                             cells_.counted_area, cells_.surface_area));
-    }
-
-    void trace() {
-        const Stopwatch watch;
-        std::vector<LightSample> missing;
-        for (const LightSample& sample : part_of_samples())
-            if (!work_.has(scene_, sample)) missing.push_back(sample);
-        log_info(fmt::format("{} lamp positions to trace with {} photons each, {} done before",
-                             missing.size(), scene_.bake.photons, part_of_samples().size() - missing.size()));
-        const SurfaceCells surface(cells_.grid, scene_.geometry);
-        Progress progress("tracing lamp positions", missing.size());
-        parallel_for(missing.size(), [&](std::size_t i) {
-            work_.write(scene_, cells_, missing[i],
-                        trace_density(scene_, caster_, cells_, surface, missing[i]));
-            progress.advance();
-        });
-        if (!missing.empty()) note_seconds("trace_seconds", watch.seconds());
-    }
+    void trace() { tracing_.trace(part_of_samples()); }
 
     void fit() {
         const Stopwatch watch;
         const auto missing =
-            std::ranges::count_if(samples_, [&](const LightSample& s) { return !work_.has(scene_, s); });
+            std::ranges::count_if(samples_, [&](const LightSample& s) { return !work().has(scene_, s); });
         if (missing > 0)
             throw Error(fmt::format(
                 "{}: {} of {} lamp positions are not traced yet; run `bake trace` for the missing "
                 "parts",
-                work_.path().string(), missing, samples_.size()));
+                work().path().string(), missing, samples_.size()));
         if (scene_.bake.robust == Robust::automatic)
             log_debug("robust = \"auto\": no robust fit exists yet, so it is off");
         IlluminationMap map = empty_map();
         for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
         map.left_out = left_out(scene_, cells_);
         write_map(output_, map);
-        note_seconds("fit_seconds", watch.seconds());
+        tracing_.note_seconds("fit_seconds", watch.seconds());
         report_account();
         log_info(fmt::format("wrote {} ({:.1f} MB)", output_.string(), double(fs::file_size(output_)) / 1e6));
-        if (options_.clean) work_.remove();
+        if (options_.clean) work().remove();
     }
 
   private:
-    WorkFolder begin_work() {
-        check_output(output_);
-        check_receivers();
-        samples_ = all_light_samples(scene_, solids_, warnings_);
-        check_boxes();
-        const fs::path folder = WorkFolder::beside(output_);
-        if (options_.overwrite) fs::remove_all(folder);
-        return {folder, trace_settings(scene_, caster_, solids_), scene_};
-    }
-
-    void check_receivers() const {
-        if (std::ranges::none_of(scene_.geometry.triangles,
-                                 [&](const Triangle& t) { return scene_.materials[t.material].receives(); }))
-            throw Error(
-                fmt::format("{}: all surfaces are mirrors or glass, which hold no irradiance; give some "
-                            "of them a diffuse reflectance in [[material]]",
-                            scene_.description_file.string()));
-    }
+    const WorkFolder& work() const { return tracing_.work(); }
 
     // Before anything is traced: a box without positions could not be fitted.
     void check_boxes() const {
@@ -131,11 +108,8 @@ class Bake {
     }
 
     IlluminationMap empty_map() const {
-        IlluminationMap map;
+        IlluminationMap map = map_without_lights(cells_);
         map.origin = scene_.geometry.origin;
-        map.grid = cells_.grid;
-        map.patches = cells_.patches;
-        map.index = cells_.index;
         map.grey = is_grey(scene_);
         map.mend_signs = scene_.bake.mend_signs;
         map.components = scene_.bake.components;
@@ -154,7 +128,7 @@ class Bake {
             scene_.bake.shrinkage ? neighbourhoods(cells_.index, cells_.patches) : Neighbourhoods{};
         MapLight light = pim::fit_light(
             scene_.lights[number], scene_.bake, own, cells_.patches.size(), shared,
-            [&](const LightSample& s, Component c) { return work_.read_density(scene_, cells_, s, c); });
+            [&](const LightSample& s, Component c) { return work().read_density(scene_, cells_, s, c); });
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
             const int terms = int(terms_of(scene_.bake.degree, light.boxes[b].moves()).size());
             if (light.fits[b].rank < terms)
@@ -165,19 +139,9 @@ class Bake {
         return light;
     }
 
-    void note_seconds(const char* key, double seconds) {
-        work_.update_run([&](nlohmann::json& run) {
-            run[key] = run.value(key, 0.0) + seconds;
-            run["bake_seconds"] = run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0) +
-                                  run.value("fit_seconds", 0.0);
-            run["threads"] = thread_count();
-            run["settings"] = trace_settings(scene_, caster_, solids_);
-        });
-    }
-
     void report_account() {
         EnergyAccount total;
-        for (const LightSample& s : samples_) total.add(work_.read_account(scene_, s));
+        for (const LightSample& s : samples_) total.add(work().read_account(scene_, s));
         const auto share = [&](const Vec3d& v) { return v / double(total.emitted); };
         const Vec3d a = share(total.absorbed_flux), e = share(total.escaped_flux),
                     c = share(total.cut_off_flux), n = share(total.normals_flux),
@@ -194,7 +158,7 @@ class Bake {
                             "reflect nearly all light; expect the picture to be too dark by that",
                             kMaxPhotonBounces, 100 * std::max({c.x, c.y, c.z})));
         const auto rgb = [](const Vec3d& v) { return nlohmann::json{v.x, v.y, v.z}; };
-        work_.update_run([&](nlohmann::json& run) {
+        work().update_run([&](nlohmann::json& run) {
             run["photons"] = {{"emitted", total.emitted},
                               {"absorbed", total.absorbed},
                               {"escaped", total.escaped},
@@ -206,25 +170,16 @@ class Bake {
 
     BakeOptions options_;
     fs::path output_;
-    Scene scene_;
-    RayCaster caster_;
-    Solids solids_;
+    Tracing tracing_;
+    const Scene& scene_ = tracing_.scene();
+    const Cells& cells_ = tracing_.cells();
     std::vector<LightSample> samples_;
-    std::vector<std::string> warnings_;
-    WorkFolder work_;
-    Cells cells_;
 };
 
 }  // namespace
 
 fs::path default_output(const fs::path& description) {
     return fs::path(description).replace_extension(".vdb");
-}
-
-Solids solids_of(const Scene& scene) {
-    std::vector<Vec3> eyes;
-    for (const Camera& camera : scene.cameras) eyes.push_back(camera.eye);
-    return {scene.geometry, eyes};
 }
 
 std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids,
@@ -270,23 +225,26 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
     return lines;
 }
 
-void bake_run(const fs::path& description, const BakeOptions& options) {
-    Bake bake(description, options);
-    bake.find_cells();
+void bake_run(const fs::path& description, BakeOptions options) {
+    Scene scene = scene_of(description, options);
+    if (is_automatic(scene)) {
+        const fs::path output = checked_output(output_of(scene, options));
+        if (options.overwrite) fs::remove_all(WorkFolder::beside(output));
+        options.overwrite = false;  // what is traced while choosing stays
+        options.settings = choose_settings(std::move(scene), options.settings, WorkFolder::beside(output));
+        scene = scene_of(description, options);
+    }
+    Bake bake(std::move(scene), options);
     bake.trace();
     bake.fit();
 }
 
 void bake_trace(const fs::path& description, const BakeOptions& options) {
-    Bake bake(description, options);
-    bake.find_cells();
-    bake.trace();
+    Bake(scene_of(description, options), options).trace();
 }
 
 void bake_fit(const fs::path& description, const BakeOptions& options) {
-    Bake bake(description, options);
-    bake.find_cells();
-    bake.fit();
+    Bake(scene_of(description, options), options).fit();
 }
 
 }  // namespace pim

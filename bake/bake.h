@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "bake/work_folder.h"
+#include "bake/tracing.h"
 #include "common/scene/scene_file.h"
 
 namespace pim {
@@ -21,7 +21,8 @@ struct BakeOptions {
 
 std::filesystem::path default_output(const std::filesystem::path& description);
 
-void bake_run(const std::filesystem::path& description, const BakeOptions& options);
+// Where the description leaves settings open, chooses them first (see choose.h).
+void bake_run(const std::filesystem::path& description, BakeOptions options);
 void bake_trace(const std::filesystem::path& description, const BakeOptions& options);
 void bake_fit(const std::filesystem::path& description, const BakeOptions& options);
 
@@ -31,7 +32,5 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells);
 // Warns of light lost at the cut-off, of positions inside solids and so on; lamp positions of all lights.
 std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& solids,
                                            std::vector<std::string>& warnings);
-
-Solids solids_of(const Scene& scene);
 
 }  // namespace pim

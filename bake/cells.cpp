@@ -156,15 +156,22 @@ int Cells::patch_at(const std::array<int32_t, kSlotCount>& own, int facing, cons
     return along(facing, Vec3d(from_centre)) < split[front] ? behind : front;
 }
 
-Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed,
-                 const CellOptions& options) {
+IlluminationMap map_without_lights(const Cells& cells) {
+    IlluminationMap map;
+    map.grid = cells.grid;
+    map.patches = cells.patches;
+    map.index = cells.index;
+    return map;
+}
+
+Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
     Cells cells;
     cells.grid = make_grid(scene);
     const SurfaceCells surface(cells.grid, scene.geometry);
     const std::vector<Fragment> fragments = cut_into_fragments(scene, surface);
     for (const Fragment& f : fragments) cells.surface_area += f.area;
     if (scene.grid.reachable_area_only) {
-        const Reach reach = find_reach(scene, caster, surface, fragments, allowed, options.most_photons);
+        const Reach reach = find_reach(scene, caster, surface, fragments, allowed, scene.grid.reach_photons);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
         build_patches(fragments, keep, cells);
         drop_unreached(fragments, reach, cells);

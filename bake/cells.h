@@ -6,6 +6,7 @@
 #pragma once
 
 #include "bake/reach.h"
+#include "common/map/illumination_map.h"
 
 namespace pim {
 
@@ -27,10 +28,9 @@ struct Cells {
     int patch_at(const std::array<int32_t, kSlotCount>& patches, int facing, const Vec3& from_centre) const;
 };
 
-struct CellOptions {
-    uint64_t most_photons = uint64_t{1} << 23;
-};
-Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed,
-                 const CellOptions& options = {});
+// A map of these cells that no lamp lights yet, enough for look_up.
+IlluminationMap map_without_lights(const Cells& cells);
+
+Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed);
 
 }  // namespace pim

@@ -167,6 +167,17 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
     return fit;
 }
 
+std::vector<double> leverages(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
+                              const std::vector<Vec3d>& at) {
+    const std::vector<int> terms = terms_of(highest_degree, box.moves());
+    const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
+    std::vector<Vec3> places(at.begin(), at.end());
+    const Eigen::MatrixXd weights = design_of(box, places, terms) * ls.solve;
+    std::vector<double> sums;
+    for (Eigen::Index i = 0; i < weights.rows(); ++i) sums.push_back(weights.row(i).squaredNorm());
+    return sums;
+}
+
 MapLight fit_light(const Light& light, const BakeSettings& settings, const std::vector<LightSample>& samples,
                    std::size_t patch_count, const Neighbourhoods& shared, const DensityReader& density) {
     MapLight fitted{light.name, light.domain, split_domain(light.domain, light.boxes), {}, {}};

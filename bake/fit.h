@@ -36,6 +36,11 @@ Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>&
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int degree, std::size_t patch_count,
                const VolumeReader& read_volume, const Neighbourhoods& shared);
 
+// Variance of the fit at lamp positions `at` for variance 1 of each sample, without shrinkage: the sum of
+// squares of what each sample counts for there.
+std::vector<double> leverages(const MapBox& box, const std::vector<Vec3>& positions, int degree,
+                              const std::vector<Vec3d>& at);
+
 // [patch][3 channels] of one lamp position.
 using DensityReader = std::function<std::vector<float>(const LightSample&, Component)>;
 

@@ -64,6 +64,10 @@ nlohmann::json map_info(const std::filesystem::path& map_file) {
     return info;
 }
 
+std::string map_description(const std::filesystem::path& map_file) {
+    return MapFile(map_file).outline().description;
+}
+
 std::string info_text(const nlohmann::json& i) {
     std::string text = fmt::format("{} cells of a {} x {} x {} grid ({:.4g} m each), {} patches, {:.1f} MB\n",
                                    i["cells"].get<int>(), i["grid"][0].get<int>(), i["grid"][1].get<int>(),

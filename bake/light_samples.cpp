@@ -27,12 +27,15 @@ Vec3d spread_position(const MapBox& box, uint64_t k, double shift) {
     return position;
 }
 
-std::vector<Vec3d> spread_positions(const Light& light, int count) {
-    const auto boxes = split_domain(light.domain, light.boxes);
+std::vector<Vec3d> spread_positions(const Light& light, const std::vector<SampleGroup>& groups) {
     std::vector<Vec3d> positions;
-    for (int i = 0; i < count; ++i) {
-        const std::size_t b = std::size_t(i) % boxes.size();
-        positions.push_back(spread_position(boxes[b], uint64_t(i) / boxes.size(), 0.6180339887 * double(b)));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const auto boxes = split_domain(light.domain, groups[g].boxes);
+        for (int i = 0; i < groups[g].count; ++i) {
+            const std::size_t b = std::size_t(i) % boxes.size();
+            const double shift = 0.6180339887 * double(b) + 0.7548776662 * double(g);
+            positions.push_back(spread_position(boxes[b], uint64_t(i) / boxes.size(), shift));
+        }
     }
     return positions;
 }
@@ -52,11 +55,17 @@ std::vector<Vec3d> grid_positions(const Light& light, const Index3& count) {
 
 }  // namespace
 
+std::vector<SampleGroup> sample_groups(const Light& light) {
+    const int* count = std::get_if<int>(&light.samples);
+    if (count) return {{light.boxes, *count}};
+    return std::get<std::vector<SampleGroup>>(light.samples);
+}
+
 std::vector<LightSample> light_samples(const Light& light, int light_number, const Solids& solids,
                                        std::vector<std::string>& inside) {
-    const int* count = std::get_if<int>(&light.samples);
+    const auto* grid = std::get_if<Index3>(&light.samples);
     const auto positions =
-        count ? spread_positions(light, *count) : grid_positions(light, std::get<Index3>(light.samples));
+        grid ? grid_positions(light, *grid) : spread_positions(light, sample_groups(light));
     std::vector<LightSample> samples;
     std::map<std::string, int> lost;
     for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pim_version.h>
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 
@@ -24,6 +26,9 @@ struct Arguments {
     std::string input, part = "1/1";
     std::string output;
     uint64_t photons = 0;
+    double target_error = 0;
+    std::string time_budget;
+    bool description = false;
     std::vector<std::string> settings;
     bool overwrite = false, clean = false, json = false;
     EvaluateOptions evaluate;
@@ -48,6 +53,8 @@ Setting parse_setting(const std::string& text) {
 
 std::vector<Setting> settings_of(const Arguments& a) {
     std::vector<Setting> settings;
+    if (a.target_error > 0) settings.push_back({"target_error", fmt::format("{}", a.target_error)});
+    if (!a.time_budget.empty()) settings.push_back({"time_budget", '"' + a.time_budget + '"'});
     if (a.photons) settings.push_back({"photons", std::to_string(a.photons)});
     for (const std::string& text : a.settings) settings.push_back(parse_setting(text));
     return settings;
@@ -145,6 +152,15 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
     CLI::App* run = add_command(app, a, chosen, "run", "bake a scene; goes on where an earlier run stopped",
                                 "SCENE.toml", [](const Arguments& x) { bake_run(x.input, bake_options(x)); });
     add_output_options(run, a);
+    run->add_option("--target-error", a.target_error,
+                    "choose cells, photons, lamp positions, boxes and degree for this relrmse")
+        ->check(CLI::Range(1e-6, 10.0));
+    run->add_option("--time-budget", a.time_budget, "choose them for this time: 90s, 10m, 8h")
+        ->check([](const std::string& text) {
+            const auto seconds = parse_duration(text);
+            return seconds && *seconds > 0 ? std::string()
+                                           : "'" + text + "' is no time such as 90s, 10m or 8h";
+        });
     run->add_flag("--overwrite", a.overwrite, "begin anew, whatever an earlier run left");
     run->add_flag("--clean", a.clean, "remove the work folder at the end");
 
@@ -164,9 +180,17 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
     add_settings(plan, a);
     plan->add_flag("--json", a.json, "as JSON");
 
-    CLI::App* info = add_command(app, a, chosen, "info", "what a baked file holds", "FILE.vdb",
-                                 [](const Arguments& x) { print(map_info(x.input), x.json, info_text); });
-    info->add_flag("--json", a.json, "as JSON");
+    CLI::App* info =
+        add_command(app, a, chosen, "info", "what a baked file holds", "FILE.vdb", [](const Arguments& x) {
+            if (x.description)
+                std::cout << map_description(x.input);
+            else
+                print(map_info(x.input), x.json, info_text);
+        });
+    CLI::Option* as_json = info->add_flag("--json", a.json, "as JSON");
+    info->add_flag("--description", a.description,
+                   "the scene description that was baked, settings chosen by the bake written out")
+        ->excludes(as_json);
 
     CLI::App* evaluate = add_command(
         app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing", "FILE.vdb",

@@ -100,18 +100,6 @@ class Pass {
     }
 
   private:
-    Vec3 lamp_position(const Light& light, uint64_t photon) const {
-        RandomStream random(scene_.bake.seed, RandomPurpose::reach_lamp, 0, photon);
-        Vec3 position = light.position;
-        for (int attempt = 0; attempt < 64; ++attempt) {
-            const Vec3 size = light.domain.max - light.domain.min;
-            for (int axis = 0; axis < 3; ++axis)
-                position[axis] = light.domain.min[axis] + size[axis] * random.next();
-            if (allowed_(position)) break;
-        }
-        return position;
-    }
-
     void shoot(uint64_t until) {
         Progress progress("looking where light reaches", until - photons_);
         const uint64_t first = photons_ / kPhotonBlock, blocks = until / kPhotonBlock - first;
@@ -120,9 +108,10 @@ class Pass {
             for (uint64_t photon = (first + block) * kPhotonBlock;
                  photon < (first + block + 1) * kPhotonBlock; ++photon) {
                 const Light& light = scene_.lights[photon % scene_.lights.size()];
-                RandomStream random(scene_.bake.seed, RandomPurpose::reach, 0, photon);
+                RandomStream random(scene_.bake.seed, RandomPurpose::reach, 0, photon),
+                    places(scene_.bake.seed, RandomPurpose::reach_lamp, 0, photon);
                 trace_photon(
-                    scene_, caster_, light, lamp_position(light, photon), random,
+                    scene_, caster_, light, random_lamp_position(light, allowed_, places), random,
                     [&](const Landing& landing) { count(landing.surface); }, ignored);
             }
             progress.advance(kPhotonBlock);
@@ -213,6 +202,17 @@ class Pass {
 };
 
 }  // namespace
+
+Vec3 random_lamp_position(const Light& light, const PositionFilter& allowed, RandomStream& random) {
+    Vec3 position = light.position;
+    for (int attempt = 0; attempt < 64; ++attempt) {
+        const Vec3 size = light.domain.max - light.domain.min;
+        for (int axis = 0; axis < 3; ++axis)
+            position[axis] = light.domain.min[axis] + size[axis] * random.next();
+        if (allowed(position)) break;
+    }
+    return position;
+}
 
 Reach find_reach(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
                  const std::vector<Fragment>& fragments, const PositionFilter& allowed,

@@ -20,6 +20,9 @@ inline constexpr double kDoubt = 1e-4;
 // Lamp positions must not lie inside solids: says of a position whether it may be used.
 using PositionFilter = std::function<bool(const Vec3&)>;
 
+// Uniform in the lamp's domain.
+Vec3 random_lamp_position(const Light& light, const PositionFilter& allowed, RandomStream& random);
+
 struct Reach {
     std::vector<bool> dark;      // per fragment
     std::vector<uint32_t> hits;  // per fragment: photons that landed

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "bake/reach.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
 #include "common/render/camera_rays.h"
@@ -38,24 +39,31 @@ std::vector<LightState> unseen_lamps(const Scene& scene, const Solids& solids, i
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Light& light = scene.lights[l];
         RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(l), uint64_t(i));
-        Vec3 position = light.position;
-        for (int attempt = 0; attempt < 64; ++attempt) {
-            for (int axis = 0; axis < 3; ++axis)
-                position[axis] =
-                    light.domain.min[axis] + (light.domain.max - light.domain.min)[axis] * random.next();
-            if (solids.containing(position).empty()) break;
-        }
-        states.push_back({position, light.power});
+        const auto allowed = [&](const Vec3& position) { return solids.containing(position).empty(); };
+        states.push_back({random_lamp_position(light, allowed, random), light.power});
     }
     return states;
 }
 
+namespace {
+
+std::vector<std::vector<LightState>> all_unseen_lamps(const Scene& scene, const Solids& solids, int count) {
+    std::vector<std::vector<LightState>> lamps;
+    for (int i = 0; i < count; ++i) lamps.push_back(unseen_lamps(scene, solids, i));
+    return lamps;
+}
+
+}  // namespace
+
 Reference::Reference(const Scene& scene, const RayCaster& caster, const Solids& solids,
                      const EvaluateOptions& options)
-    : options_(options), cameras_(scene.cameras) {
-    Progress progress("tracing the reference", uint64_t(options.lights));
-    for (int i = 0; i < options.lights; ++i) {
-        lamps_.push_back(unseen_lamps(scene, solids, i));
+    : Reference(scene, caster, all_unseen_lamps(scene, solids, options.lights), options, kSeed) {}
+
+Reference::Reference(const Scene& scene, const RayCaster& caster, std::vector<std::vector<LightState>> lamps,
+                     const EvaluateOptions& options, uint64_t seed)
+    : options_(options), seed_(seed), cameras_(scene.cameras), lamps_(std::move(lamps)) {
+    Progress progress("tracing the reference", lamps_.size());
+    for (int i = 0; i < positions(); ++i) {
         for (int c = 0; c < cameras(); ++c) trace(scene, caster, i, c);
         progress.advance();
     }
@@ -69,14 +77,20 @@ Imath::V2i Reference::size(int number) const {
     return {columns, std::max(1, int(std::lround(wanted / columns)))};
 }
 
-std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& renderer) const {
+void Reference::for_each_ray(int position, int camera, const Visitor& visit) const {
     const int columns = size(camera).x, rows = size(camera).y;
     const CameraRays rays(cameras_[std::size_t(camera)], {columns, rows});
-    std::vector<Rgb> colours(std::size_t(columns) * std::size_t(rows));
-    parallel_for(colours.size(), [&](std::size_t p) {
-        RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(view(position, camera) + 64), p);
+    parallel_for(std::size_t(columns) * std::size_t(rows), [&](std::size_t p) {
+        RandomStream random(seed_, RandomPurpose::evaluation, uint32_t(view(position, camera) + 64), p);
         const Vec2 place = place_in(random, p, columns);
-        colours[p] = renderer(rays.through(place.x, place.y), random);
+        visit(p, rays.through(place.x, place.y), random);
+    });
+}
+
+std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& renderer) const {
+    std::vector<Rgb> colours(pixels(position, camera).size());
+    for_each_ray(position, camera, [&](std::size_t p, const Ray& ray, RandomStream& random) {
+        colours[p] = renderer(ray, random);
     });
     return colours;
 }
@@ -89,7 +103,7 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
     const auto number = uint32_t(view(position, camera));
     auto& pixels = pixels_.emplace_back(std::size_t(columns) * std::size_t(rows));
     parallel_for(pixels.size(), [&](std::size_t p) {
-        RandomStream random(kSeed, RandomPurpose::evaluation, number + 64, p);
+        RandomStream random(seed_, RandomPurpose::evaluation, number + 64, p);
         const Vec2 place = place_in(random, p, columns);
         const Ray ray = rays.through(place.x, place.y);
         ReferencePixel& pixel = pixels[p];
@@ -97,7 +111,7 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
                        std::min(place.y / float(rows), 0.99999f)};
         const int half = std::max(1, options_.paths / 2);
         for (int k = 0; k < 2 * half; ++k) {
-            RandomStream path(kSeed, RandomPurpose::reference, number, p << 20 | uint64_t(k));
+            RandomStream path(seed_, RandomPurpose::reference, number, p << 20 | uint64_t(k));
             const Seen seen = path_radiance(paths, ray, path);
             pixel.surface = seen.surface;
             pixel.all[k & 1] += seen.total / float(half);
@@ -108,7 +122,7 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
     // Light that only photons from the lamps find, from two independent images of the camera's own size.
     for (uint32_t half = 0; half < 2; ++half) {
         const Image image =
-            light_image(paths, eye, eye.size, uint64_t(options_.paths) * 4096, kSeed, 2 * number + half);
+            light_image(paths, eye, eye.size, uint64_t(options_.paths) * 4096, seed_, 2 * number + half);
         for (ReferencePixel& p : pixels) {
             const Rgb& added =
                 image.at(int(p.place.x * float(image.width)), int(p.place.y * float(image.height)));

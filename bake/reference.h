@@ -25,6 +25,9 @@ class Reference {
     // Traces the paths. The arguments need not outlive it.
     Reference(const Scene& scene, const RayCaster& caster, const Solids& solids,
               const EvaluateOptions& options);
+    // At other lamp positions, with other random numbers than those of evaluations.
+    Reference(const Scene& scene, const RayCaster& caster, std::vector<std::vector<LightState>> lamps,
+              const EvaluateOptions& options, uint64_t seed);
 
     int positions() const { return int(lamps_.size()); }
     int cameras() const { return int(cameras_.size()); }
@@ -33,7 +36,10 @@ class Reference {
     const std::vector<ReferencePixel>& pixels(int position, int camera) const {
         return pixels_[std::size_t(view(position, camera))];
     }
-    // What another way of rendering sees along the same camera rays. Same random numbers at every call.
+    // The same camera rays again, in parallel. Same random numbers at every call.
+    using Visitor = std::function<void(std::size_t pixel, const Ray&, RandomStream&)>;
+    void for_each_ray(int position, int camera, const Visitor& visit) const;
+    // What another way of rendering sees along them.
     using Renderer = std::function<Rgb(const Ray&, RandomStream&)>;
     std::vector<Rgb> seen(int position, int camera, const Renderer& renderer) const;
 
@@ -45,6 +51,7 @@ class Reference {
     void trace(const Scene& scene, const RayCaster& caster, int position, int camera);
 
     EvaluateOptions options_;
+    uint64_t seed_;
     std::vector<Camera> cameras_;
     std::vector<std::vector<LightState>> lamps_;       // [position]
     std::vector<std::vector<ReferencePixel>> pixels_;  // [view]

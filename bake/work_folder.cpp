@@ -86,6 +86,8 @@ std::string trace_settings(const Scene& s, const RayCaster& caster, const Solids
                  : fmt::format("cell_size {:.17g}\n", std::get<CellSize>(s.grid.resolution).metres);
     if (s.grid.bounds)
         out += fmt::format("bounds {} to {}\n", text(s.grid.bounds->min), text(s.grid.bounds->max));
+    if (s.grid.reach_photons != GridSettings{}.reach_photons)
+        out += fmt::format("reach_photons {}\n", s.grid.reach_photons);
     out += fmt::format("facings {} estimator {} radius {:.17g} reachable {}\n", s.grid.facings,
                        int(s.grid.estimator), s.grid.radius.value_or(0), s.grid.reachable_area_only);
     out += fmt::format("photons {} store {} seed {} rays {}\n", s.bake.photons, int(s.bake.store),

@@ -11,8 +11,9 @@
 namespace pim {
 namespace {
 
-Cells cells_of(const Scene& scene, const RayCaster& caster) {
-    return find_cells(scene, caster, [](const Vec3&) { return true; }, {.most_photons = uint64_t{1} << 18});
+Cells cells_of(Scene scene, const RayCaster& caster) {
+    scene.grid.reach_photons = uint64_t{1} << 18;
+    return find_cells(scene, caster, [](const Vec3&) { return true; });
 }
 
 struct Baked {

@@ -9,8 +9,8 @@ namespace {
 
 bool anywhere(const Vec3&) { return true; }
 
-Cells cells_of(const Scene& scene, const CellOptions& options = {}) {
-    return find_cells(scene, RayCaster(scene.geometry, InstructionSet::pinned), anywhere, options);
+Cells cells_of(const Scene& scene) {
+    return find_cells(scene, RayCaster(scene.geometry, InstructionSet::pinned), anywhere);
 }
 
 // A unit room, cells of 1/8, the lamp free in its middle.
@@ -109,8 +109,9 @@ TEST(Cells, TwiceThePhotonsChangeLittle) {
     add_box(scene, {0.985f, 0.25f, 0.25f}, {0.99f, 0.75f, 0.75f}, false);
     add_object(scene);
     add_box(scene, {0.3f, 0, 0.3f}, {0.41f, 0.13f, 0.37f}, false);
-    const Cells once = cells_of(scene, {.most_photons = CellOptions{}.most_photons / 2});  // as bakes use it
     const Cells twice = cells_of(scene);
+    scene.grid.reach_photons /= 2;
+    const Cells once = cells_of(scene);
     EXPECT_NEAR(twice.counted_area, once.counted_area, 0.01 * once.counted_area);  // the mark
     EXPECT_LT(once.counted_area, 2 * total_area(scene.geometry));
 }

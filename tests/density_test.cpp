@@ -29,9 +29,10 @@ Traced trace(const Scene& scene, Cells cells) {
     return {std::move(cells), std::move(volume)};
 }
 
-Cells cells_of(const Scene& scene) {
+Cells cells_of(Scene scene) {
+    scene.grid.reach_photons = uint64_t{1} << 18;
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
-    return find_cells(scene, caster, [](const Vec3&) { return true; }, {.most_photons = uint64_t{1} << 18});
+    return find_cells(scene, caster, [](const Vec3&) { return true; });
 }
 
 Traced trace(const Scene& scene) { return trace(scene, cells_of(scene)); }

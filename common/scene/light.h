@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "common/core/random.h"
 #include "common/core/vector.h"
@@ -28,8 +29,15 @@ struct RectangleShape {
 
 using LightShape = std::variant<PointShape, RectangleShape>;
 
-// How many positions of a lamp are sampled: so many, well spread, or a regular grid.
-using SampleCount = std::variant<int, Index3>;
+// So many positions, well spread over each of the domain's `boxes` in turn.
+struct SampleGroup {
+    Index3 boxes{1, 1, 1};
+    int count = 0;
+};
+
+// Where positions of a lamp are sampled: so many, spread over its boxes; a regular grid; or groups, one after
+// the other, each spread over boxes of its own (positions that were added later).
+using SampleCount = std::variant<int, Index3, std::vector<SampleGroup>>;
 
 struct Light {
     std::string name;
@@ -38,7 +46,8 @@ struct Light {
     Box3 domain;            // where it may stand; zero extent on an axis: it does not move there
     Index3 boxes{1, 1, 1};  // the domain's division per axis
     SampleCount samples = 182;
-    Vec3 position;  // where it stands unless told otherwise
+    bool choose_boxes = false, choose_samples = false;  // the bake chooses them (see Choices)
+    Vec3 position;                                      // where it stands unless told otherwise
 
     const RectangleShape* rectangle() const { return std::get_if<RectangleShape>(&shape); }
 };

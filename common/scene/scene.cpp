@@ -58,6 +58,13 @@ Reflectance reflectance(const Scene& scene, uint32_t triangle, float b1, float b
     return {m.diffuse * texel, m.texture_tints_specular ? m.specular * texel : m.specular};
 }
 
+bool is_automatic(const Scene& scene) {
+    const Choices& c = scene.choices;
+    return c.cells || c.photons || c.degree || c.target_error || c.time_budget ||
+           std::ranges::any_of(scene.lights,
+                               [](const Light& l) { return l.choose_boxes || l.choose_samples; });
+}
+
 bool is_grey(const Scene& scene) {
     std::set<uint32_t> used;
     for (const Triangle& t : scene.geometry.triangles) used.insert(t.material);

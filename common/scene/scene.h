@@ -38,8 +38,9 @@ struct GridSettings {
     std::optional<Box3> bounds;  // local; absent: the geometry's box
     bool facings = true;
     Estimator estimator = Estimator::area;
-    std::optional<double> radius;     // m, for `sphere`; absent: kDefaultRadius cells
-    bool reachable_area_only = true;  // false: all of the cell's surface counts (the thesis)
+    std::optional<double> radius;                // m, for `sphere`; absent: kDefaultRadius cells
+    bool reachable_area_only = true;             // false: all of the cell's surface counts (the thesis)
+    uint64_t reach_photons = uint64_t{1} << 23;  // that look for it, at most
 };
 
 struct BakeSettings {
@@ -51,6 +52,13 @@ struct BakeSettings {
     bool shrinkage = true;   // of what noise hides (see fit.h); false: plain least squares (the thesis)
     bool mend_signs = true;  // negative values of a polynomial are seen as 0; false: as they are (the thesis)
     uint64_t seed = 1;
+};
+
+// What the bake is to choose by itself, and how far it is to go.
+struct Choices {
+    bool cells = false, photons = false, degree = false;
+    std::optional<double> target_error;  // relrmse, as `bake evaluate` measures it
+    std::optional<double> time_budget;   // s
 };
 
 struct Scene {
@@ -65,6 +73,7 @@ struct Scene {
     std::vector<Camera> cameras;
     GridSettings grid;
     BakeSettings bake;
+    Choices choices;
 };
 
 struct Reflectance {
@@ -74,7 +83,8 @@ struct Reflectance {
 // Of a triangle's material at barycentric weights b1, b2, texture included; black for glass.
 Reflectance reflectance(const Scene& scene, uint32_t triangle, float b1, float b2);
 
-bool is_grey(const Scene& scene);  // every reflectance has three equal channels
+bool is_automatic(const Scene& scene);  // is anything left to choose?
+bool is_grey(const Scene& scene);       // every reflectance has three equal channels
 const Camera& find_camera(const Scene& scene, const std::string& name);  // throws UsageError
 std::size_t find_light(const Scene& scene, const std::string& name);     // throws UsageError
 std::string content_hash(const Scene& scene);

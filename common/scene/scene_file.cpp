@@ -14,7 +14,7 @@ namespace pim {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kAny = 1e300;
+const toml::table kEmpty;
 
 toml::table parse(const std::string& text, const std::string& name) {
     try {
@@ -42,11 +42,12 @@ class DescriptionReader {
         thesis_ = root_.has("preset");
         if (thesis_) root_.choice("preset", {"thesis"});
         read_geometry_file();
+        choose_ = !thesis_ && !root_.has("grid") && !root_.has("bake");
+        read_bake(table_or_empty("bake"));
+        read_grid(table_or_empty("grid"));
         each("material", [&](TomlTable& t) { read_material(t); });
         each("camera", [&](TomlTable& t) { read_camera(t); });
         each("light", [&](TomlTable& t) { read_light(t); });
-        if (root_.has("grid")) read_grid(root_.table("grid"));
-        if (root_.has("bake")) read_bake(root_.table("bake"));
         root_.refuse_unknown();
         finish();
         return std::move(scene_);
@@ -64,6 +65,10 @@ class DescriptionReader {
             read(table);
             table.refuse_unknown();
         }
+    }
+
+    TomlTable table_or_empty(const std::string& key) {
+        return root_.has(key) ? root_.table(key) : TomlTable(kEmpty, name_, key);
     }
 
     void read_geometry_file() {
@@ -194,41 +199,70 @@ class DescriptionReader {
         if (!free) light.domain = Box3(light.position);
         if (!light.domain.intersects(light.position))
             table.fail("position", "lies outside the light's domain");
-        if (!table.has("boxes")) return;
+        light.choose_boxes = is_free(table, "boxes");
+        if (light.choose_boxes || !table.has("boxes")) return;
         const auto boxes = table.integers("boxes", 3, 1, 64);
         for (int axis = 0; axis < 3; ++axis)
             light.boxes[axis] = light.domain.max[axis] > light.domain.min[axis] ? boxes[axis] : 1;
     }
 
     void read_samples(TomlTable& table, Light& light) {
-        const bool given = table.has("samples");
-        if (given && table.is_array("samples")) {
+        light.choose_samples = is_free(table, "samples");
+        const toml::array* array = table.raw()["samples"].as_array();
+        if (array && !array->empty() && array->is_homogeneous<toml::table>()) {
+            light.samples = sample_groups(*array);
+        } else if (array) {
             const auto n = table.integers("samples", 3, 1, 100);
             light.samples = Index3(n[0], n[1], n[2]);
-        } else {
+        } else if (!light.choose_samples) {
             light.samples = int(table.integer("samples", 182, 1, 1000000));
         }
         const bool still = light.domain.min == light.domain.max;
-        if (still) light.samples = 1;
+        if (still) light.samples = 1, light.choose_samples = light.choose_boxes = false;
+    }
+
+    std::vector<SampleGroup> sample_groups(const toml::array& array) {
+        std::vector<SampleGroup> groups;
+        for (const toml::node& node : array) {
+            TomlTable table(*node.as_table(), name_, "light.samples");
+            const auto boxes = table.integers("boxes", 3, 1, 64);
+            groups.push_back({{boxes[0], boxes[1], boxes[2]}, int(table.integer("count", 1, 1, 1000000))});
+            table.refuse_unknown();
+        }
+        return groups;
+    }
+
+    // Is a setting left to the bake: written "auto", or not written where the bake is to choose?
+    bool is_free(TomlTable& table, const std::string& key) const {
+        if (!table.has(key)) return choose_;
+        const bool free = table.raw()[key].value<std::string>() == "auto";
+        if (free && thesis_) table.fail(key, "preset = \"thesis\" chooses nothing by itself; give a value");
+        return free;
     }
 
     void read_grid(TomlTable table) {
         GridSettings& grid = scene_.grid;
         const bool counted = table.has("cells"), sized = table.has("cell_size");
         if (counted && sized) table.fail("cell_size", "give cells or cell_size, not both");
-        if (counted) grid.resolution = CellCount{int(table.integer("cells", 64, 1, 4096))};
+        scene_.choices.cells = !sized && is_free(table, "cells");
+        if (counted && !scene_.choices.cells)
+            grid.resolution = CellCount{int(table.integer("cells", 64, 1, 4096))};
         if (sized) grid.resolution = CellSize{table.number("cell_size", 1, 1e-12, 1e12)};
         if (table.has("bounds")) grid.bounds = to_box(table.table("bounds"), scene_.geometry);
         grid.facings = table.flag("facings", true);
         grid.estimator = Estimator(table.choice("estimator", {"area", "sphere"}));
+        grid.reach_photons =
+            uint64_t(table.integer("reach_photons", int64_t(grid.reach_photons), 1 << 20, int64_t{1} << 40));
         if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
         table.refuse_unknown();
     }
 
     void read_bake(TomlTable table) {
         BakeSettings& bake = scene_.bake;
-        bake.photons = uint64_t(table.integer("photons", int64_t(bake.photons), 1, 1000000000000));
-        bake.degree = int(table.integer("degree", bake.degree, 0, 3));
+        read_choices(table);
+        if (!scene_.choices.photons)
+            bake.photons = uint64_t(table.integer("photons", int64_t(bake.photons), 1, 1000000000000));
+        if (!scene_.choices.degree) bake.degree = int(table.integer("degree", bake.degree, 0, 3));
         bake.robust = Robust(table.has("robust") ? table.choice("robust", {"off", "auto", "always"}) : 1);
         bake.store = Store(table.has("store") ? table.choice("store", {"incident", "absorbed"}) : 0);
         bake.seed = uint64_t(table.integer("seed", 1, 0, INT64_MAX));
@@ -237,6 +271,23 @@ class DescriptionReader {
             table.fail("robust",
                        "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
         table.refuse_unknown();
+    }
+
+    void read_choices(TomlTable& table) {
+        Choices& choices = scene_.choices;
+        if (table.has("target_error")) choices.target_error = table.number("target_error", 0, 1e-6, 10);
+        if (table.has("time_budget")) {
+            const auto text = table.raw()["time_budget"].value<std::string>();
+            choices.time_budget = text ? parse_duration(*text) : table.raw()["time_budget"].value<double>();
+            if (!choices.time_budget || !(*choices.time_budget > 0))
+                table.fail("time_budget", "must be a time such as \"90s\", \"10m\" or \"8h\"");
+        }
+        choose_ = choose_ || choices.target_error || choices.time_budget;
+        if (choose_ && thesis_)
+            table.fail(choices.target_error ? "target_error" : "time_budget",
+                       "preset = \"thesis\" chooses nothing by itself");
+        choices.photons = is_free(table, "photons");
+        choices.degree = is_free(table, "degree");
     }
 
     void read_components(TomlTable& table) {
@@ -313,9 +364,14 @@ class DescriptionReader {
     Scene scene_;
     std::vector<std::string> described_lights_;
     bool thesis_ = false;
+    bool choose_ = false;  // what is not written
 };
 
 void set(toml::table& table, const Setting& setting) {
+    if (setting.value.empty()) {
+        table.erase(setting.key);
+        return;
+    }
     const std::string assignment = setting.key + " = " + setting.value;
     const toml::table parsed = parse(assignment, assignment);
     if (setting.key == "cells") table.erase("cell_size");
@@ -323,13 +379,31 @@ void set(toml::table& table, const Setting& setting) {
     table.insert_or_assign(setting.key, *parsed.get(setting.key));
 }
 
+void for_each_light(toml::table& root, const std::function<void(toml::table&)>& act) {
+    if (toml::array* lights = root["light"].as_array())
+        for (toml::node& light : *lights)
+            if (light.is_table()) act(*light.as_table());
+}
+
+// So that the bake chooses them.
+void free_settings(toml::table& root) {
+    if (toml::table* grid = root["grid"].as_table()) grid->erase("cells"), grid->erase("cell_size");
+    if (toml::table* bake = root["bake"].as_table()) bake->erase("photons"), bake->erase("degree");
+    for_each_light(root, [](toml::table& light) { light.erase("samples"), light.erase("boxes"); });
+}
+
 void apply_settings(toml::table& root, const std::vector<Setting>& settings) {
+    if (std::ranges::any_of(settings, [](const Setting& s) {
+            return !s.value.empty() && (s.key == "target_error" || s.key == "time_budget");
+        }))
+        free_settings(root);
     for (const Setting& setting : settings) {
         const std::string where = table_of_setting(setting.key);
         if (where == "light") {
-            if (toml::array* lights = root["light"].as_array())
-                for (toml::node& light : *lights)
-                    if (light.is_table()) set(*light.as_table(), setting);
+            for_each_light(root, [&](toml::table& light) {
+                if (setting.light.empty() || light["name"].value<std::string>() == setting.light)
+                    set(light, setting);
+            });
             continue;
         }
         if (!root.contains(where)) root.insert(where, toml::table{});
@@ -347,15 +421,30 @@ std::string text_of(const toml::table& root) {
 
 std::string table_of_setting(const std::string& key) {
     static const std::map<std::string, std::string> tables{
-        {"photons", "bake"}, {"components", "bake"}, {"degree", "bake"}, {"robust", "bake"},
-        {"store", "bake"},   {"seed", "bake"},       {"cells", "grid"},  {"cell_size", "grid"},
-        {"facings", "grid"}, {"estimator", "grid"},  {"radius", "grid"}, {"samples", "light"},
-        {"boxes", "light"}};
+        {"photons", "bake"},       {"components", "bake"}, {"degree", "bake"}, {"robust", "bake"},
+        {"store", "bake"},         {"seed", "bake"},       {"cells", "grid"},  {"cell_size", "grid"},
+        {"facings", "grid"},       {"estimator", "grid"},  {"radius", "grid"}, {"bounds", "grid"},
+        {"reach_photons", "grid"}, {"samples", "light"},   {"boxes", "light"}, {"target_error", "bake"},
+        {"time_budget", "bake"}};
     const auto found = tables.find(key);
     if (found != tables.end()) return found->second;
     std::string all;
     for (const auto& [known, table] : tables) all += (all.empty() ? "" : ", ") + known;
     throw UsageError(fmt::format("'{}' is no setting; allowed: {}", key, all));
+}
+
+std::optional<double> parse_duration(const std::string& text) {
+    std::size_t used = 0;
+    double value = 0;
+    try {
+        value = std::stod(text, &used);
+    } catch (const std::exception&) {
+        return std::nullopt;
+    }
+    const std::string unit = text.substr(used);
+    const double seconds = unit.empty() || unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
+    if (!(seconds > 0) || !std::isfinite(value)) return std::nullopt;
+    return value * seconds;
 }
 
 Scene read_scene_text(const std::string& text, const std::string& name, const fs::path& folder,

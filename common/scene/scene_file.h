@@ -11,10 +11,15 @@
 
 namespace pim {
 
-// A key of [bake], [grid] or of every [[light]], such as "photons", and its value as TOML writes it.
+// A key of [bake], [grid] or [[light]], such as "photons", and its value as TOML writes it. A target_error or
+// time_budget frees all that the description says of cells, photons, degree, samples and boxes, to be chosen.
 struct Setting {
-    std::string key, value;
+    std::string key, value;  // an empty value: as if the description did not hold the key
+    std::string light = {};  // that this is for; empty: for each
 };
+
+// "90", "90s", "10m", "8h": seconds; none if it is no such text.
+std::optional<double> parse_duration(const std::string& text);
 
 struct SceneOptions {
     std::vector<Setting> settings = {};             // in place of what the description says

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A bake that chooses for itself: cells, photons, lamp positions, boxes and degree for an error or a time.
+//
+// It measures its error at lamp positions of its own that stay out of the fit (see held_out.h), tells grid,
+// polynomial and noise apart, and spends on the largest. First the cells, by photons of those positions;
+// then, in rounds, more lamp positions, and boxes where the polynomial asks for them. Photons per position
+// and cells stay as they are from then on, so that every volume traced counts to the end.
+#pragma once
+
+#include "common/scene/scene_file.h"
+
+namespace pim {
+
+// What an automatic bake aims at where the description names neither an error nor a time.
+inline constexpr double kDefaultTargetError = 0.03;
+
+// Traces into the work folder and returns all settings for the bake that ends it: `given` and what was
+// chosen, written so that the description holds no open choice any more. With a target error alone, looks at
+// no clock.
+std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& given,
+                                     const std::filesystem::path& work_folder);
+
+}  // namespace pim

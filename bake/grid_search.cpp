@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/grid_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/density.h"
+#include "common/core/log.h"
+#include "common/core/parallel.h"
+
+namespace pim {
+namespace {
+
+constexpr int kOwn = 1 << 18;  // numbers of lamp positions that no bake uses
+constexpr int kFirstCells = 22, kFewestCells = 4, kMostCells = 2048;  // along the longest side
+constexpr uint64_t kReachPhotons = uint64_t{1} << 20;
+constexpr double kFewestPhotons = 1 << 15, kMostPhotons = 1 << 22;  // per lamp, position and half
+// Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
+// averages out over thousands of patches.
+constexpr double kNoiseAllowed = 10;
+
+}  // namespace
+
+GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
+                       double wanted)
+    : scene_(std::move(scene)), caster_(caster), allowed_(allowed), held_out_(held_out), wanted_(wanted) {
+    scene_.grid.reach_photons = kReachPhotons;
+}
+
+const GridFigures& GridSearch::measure(double cell_size) {
+    if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
+    scene_.bake.photons = photons_for(cell_size);
+    scene_.grid.resolution = CellSize{cell_size};
+    const Cells cells = find_cells(scene_, caster_, allowed_);
+    held_out_.set_cells(scene_, caster_, cells);
+    const auto a = own_volumes(cells, 1), b = own_volumes(cells, 2);
+    GridFigures& figures = known_[cell_size];
+    figures = {cell_size, held_out_.square(a, b),
+               held_out_.difference(a, b) / 2 * double(scene_.bake.photons), cells.patches.size()};
+    log_info(
+        fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
+                    "per lamp {:.4f}",
+                    cell_size, figures.patches, std::sqrt(std::max(0.0, figures.square)),
+                    std::sqrt(figures.noise / 1e6)));
+    return figures;
+}
+
+// By the noise of the nearest size that is known; noise goes with one over the cells' area.
+uint64_t GridSearch::photons_for(double cell_size) const {
+    const auto distance = [&](const auto& entry) { return std::abs(std::log(entry.first / cell_size)); };
+    const auto nearest = std::ranges::min_element(known_, {}, distance);
+    if (nearest == known_.end()) return uint64_t(4 * kFewestPhotons);
+    const double ratio = nearest->first / cell_size, noise = nearest->second.noise * ratio * ratio;
+    return uint64_t(std::clamp(noise / (kNoiseAllowed * wanted_), kFewestPhotons, kMostPhotons));
+}
+
+std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int half) const {
+    Scene scene = scene_;
+    scene.bake.seed += uint64_t(half) * 0x9e3779b97f4a7c15u;
+    const SurfaceCells surface(cells.grid, scene.geometry);
+    const auto& patches = held_out_.patches();
+    std::vector<HeldOut::Values> values(std::size_t(held_out_.positions()));
+    parallel_for(values.size(), [&](std::size_t i) {
+        values[i].assign(patches.size(), Rgb(0));
+        for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+            const LightState& state = held_out_.lamps(int(i))[l];
+            const auto volume =
+                trace_density(scene, caster_, cells, surface, {int(l), kOwn + int(i), state.position});
+            for (const auto& component : volume.components)
+                for (std::size_t p = 0; p < patches.size() && !component.density.empty(); ++p)
+                    values[i][p] += component.density[patches[p]] * state.power;
+        }
+    });
+    return values;
+}
+
+GridFigures GridSearch::search(double longest_side, const Cost& cost, const std::function<bool()>& go_on) {
+    const auto size_at = [&](double steps) { return longest_side / (kFirstCells * std::exp2(0.5 * steps)); };
+    const auto allowed = [&](double steps) {
+        const double cells = longest_side / size_at(steps);
+        return cells >= kFewestCells && cells <= kMostCells;
+    };
+    const auto cost_at = [&](double steps) { return cost(measure(size_at(steps))); };
+    double best = 0, least = cost_at(0);
+    const auto try_at = [&](double steps) {
+        if (!allowed(steps) || (!known_.contains(size_at(steps)) && !go_on())) return false;
+        const double own = cost_at(steps);
+        if (!(own < least)) return false;
+        best = steps, least = own;
+        return true;
+    };
+    if (try_at(2))
+        while (try_at(best + 2)) {
+        }
+    else
+        while (try_at(best - 2)) {
+        }
+    if (!try_at(best + 1)) try_at(best - 1);
+    return measure(size_at(best));
+}
+
+}  // namespace pim

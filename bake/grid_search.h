@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How large cells should be: measured at the held-out lamp positions with photons of these positions' own, so
+// that neither the polynomial nor its lamp positions are in the figures.
+#pragma once
+
+#include <map>
+
+#include "bake/held_out.h"
+
+namespace pim {
+
+struct GridFigures {
+    double cell_size = 0;  // m
+    double square = 0;     // of the error that remains with ever more photons, ||I-R||²/||R||²
+    double noise = 0;      // of one photon per lamp, in the same measure; of n photons: noise / n
+    std::size_t patches = 0;
+};
+
+class GridSearch {
+  public:
+    // Squared errors of the size of `wanted` are to be told apart. The arguments must outlive the search.
+    GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
+               double wanted);
+    // By size; measured once each.
+    const GridFigures& measure(double cell_size);
+
+    // From a middle size, finer or coarser as the cost falls, in steps of two and then of sqrt(2). Costs may
+    // be infinite. `go_on` says whether there is time for another, some times as long as the last.
+    using Cost = std::function<double(const GridFigures&)>;
+    GridFigures search(double longest_side, const Cost& cost, const std::function<bool()>& go_on);
+
+  private:
+    uint64_t photons_for(double cell_size) const;
+    std::vector<HeldOut::Values> own_volumes(const Cells& cells, int half) const;
+
+    Scene scene_;
+    const RayCaster& caster_;
+    const PositionFilter& allowed_;
+    HeldOut& held_out_;
+    double wanted_;
+    std::map<double, GridFigures> known_;
+};
+
+}  // namespace pim

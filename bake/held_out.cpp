@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/held_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/sampling.h"
+#include "common/map/irradiance.h"
+#include "common/render/specular_walk.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kSeed = 0x48e1d;
+
+// All lamps at once; each position's lamps are shifted by numbers of their own, so that lamps do not move in
+// step.
+std::vector<std::vector<LightState>> spread_lamps(const Scene& scene, const Solids& solids, int count) {
+    std::vector<std::vector<LightState>> lamps(static_cast<std::size_t>(count));
+    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+        const Light& light = scene.lights[l];
+        RandomStream random(kSeed, RandomPurpose::evaluation, uint32_t(l), 0);
+        const Vec3 shift(random.next(), random.next(), random.next());
+        uint64_t k = 0;
+        for (auto& states : lamps) {
+            Vec3 position = light.position;
+            for (int attempt = 0; attempt < 64; ++attempt, ++k) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    const double t = golden_sequence(k, axis, 3) + double(shift[axis]);
+                    const float low = light.domain.min[axis], size = light.domain.max[axis] - low;
+                    position[axis] = low + size * float(t - std::floor(t));
+                }
+                if (solids.containing(position).empty()) break;
+            }
+            ++k;
+            states.push_back({position, light.power});
+        }
+    }
+    return lamps;
+}
+
+// Diffuse surfaces that a ray sees, with the radiance that irradiance 1 there would send along it.
+struct SurfacesSeen {
+    std::vector<std::pair<SurfacePoint, Rgb>>& found;
+
+    bool segment(const Ray&, float, const Rgb&) { return false; }
+    void diffuse(const SurfacePoint& surface, const Rgb& throughput) {
+        found.emplace_back(surface, throughput * surface.diffuse / kPi);
+    }
+};
+
+}  // namespace
+
+HeldOut::HeldOut(const Scene& scene, const RayCaster& caster, const Solids& solids, const Size& size)
+    : reference_(scene, caster, spread_lamps(scene, solids, size.positions),
+                 {.lights = size.positions, .pixels = size.pixels, .paths = size.paths, .geometry = {}},
+                 kSeed) {}
+
+void HeldOut::set_cells(const Scene& scene, const RayCaster& caster, const Cells& cells) {
+    const IlluminationMap map = map_without_lights(cells);
+    views_.assign(std::size_t(reference_.positions()) * std::size_t(reference_.cameras()), {});
+    for (int i = 0; i < reference_.positions(); ++i) {
+        Moment moment{.scene = scene, .caster = caster, .map = map, .lights = lamps(i), .patch_values = {}};
+        const auto& baked = scene.bake.components;
+        const bool has_direct = std::ranges::find(baked, Component::direct) != baked.end();
+        moment.direct = has_direct ? DirectLight::none : DirectLight::traced;
+        moment.indirect = false;
+        moment.shadow_samples = kEvaluationShadowSamples;
+        moment.patch_values.assign(map.patches.size(), Rgb(0));
+        for (int c = 0; c < reference_.cameras(); ++c)
+            look_up_view(moment, i, c, views_[std::size_t(i * reference_.cameras() + c)]);
+    }
+    number_patches(cells);
+}
+
+void HeldOut::look_up_view(const Moment& moment, int position, int camera, View& view) const {
+    const std::size_t count = reference_.pixels(position, camera).size();
+    std::vector<std::vector<Share>> shares(count);
+    view.pixels.resize(count);
+    reference_.for_each_ray(position, camera, [&](std::size_t p, const Ray& ray, RandomStream& random) {
+        view.pixels[p].direct = map_radiance(moment, ray, random);
+        std::vector<std::pair<SurfacePoint, Rgb>> surfaces;
+        SurfacesSeen visitor{surfaces};
+        SpecularWalk<SurfacesSeen>(moment.scene, moment.caster, visitor).follow(ray, Rgb(1));
+        std::vector<PatchShare> found;
+        for (const auto& [surface, weight] : surfaces) {
+            look_up(moment.map, surface.position, surface.shading_normal, found);
+            for (const PatchShare& share : found)
+                if (share.weight > 0) shares[p].push_back({share.patch, weight * share.weight});
+        }
+    });
+    for (std::size_t p = 0; p < count; ++p) {
+        view.pixels[p].first = uint32_t(view.shares.size());
+        view.shares.insert(view.shares.end(), shares[p].begin(), shares[p].end());
+        view.pixels[p].last = uint32_t(view.shares.size());
+    }
+}
+
+void HeldOut::number_patches(const Cells& cells) {
+    std::vector<bool> used(cells.patches.size(), false);
+    for (const View& view : views_)
+        for (const Share& share : view.shares) {
+            const Patch& patch = cells.patches[share.patch];
+            for (int n = 0; n < 27; ++n) {
+                const Index3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+                if (const int near = cells.index.find(patch.cell + step, patch.slot); near >= 0)
+                    used[std::size_t(near)] = true;
+            }
+        }
+    patches_.clear();
+    std::vector<uint32_t> number(used.size(), 0);
+    for (uint32_t p = 0; p < used.size(); ++p)
+        if (used[p]) {
+            number[p] = uint32_t(patches_.size());
+            patches_.push_back(p);
+        }
+    for (View& view : views_)
+        for (Share& share : view.shares) share.patch = number[share.patch];
+}
+
+const std::vector<ReferencePixel>& HeldOut::reference(std::size_t view) const {
+    const auto cameras = std::size_t(reference_.cameras());
+    return reference_.pixels(int(view / cameras), int(view % cameras));
+}
+
+double HeldOut::norm(std::size_t view) const {
+    double sum = 0;
+    for (const ReferencePixel& p : reference(view))
+        if (p.surface) sum += double(p.all[0].dot(p.all[1]));
+    return sum;
+}
+
+std::vector<Rgb> HeldOut::seen(std::size_t view, const Values& values) const {
+    std::vector<Rgb> colours;
+    for (const Pixel& pixel : views_[view].pixels) {
+        Rgb sum = pixel.direct;
+        for (uint32_t s = pixel.first; s < pixel.last; ++s)
+            sum += views_[view].shares[s].weight * values[views_[view].shares[s].patch];
+        colours.push_back(sum);
+    }
+    return colours;
+}
+
+double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    double sum = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        const auto& pixels = reference(v);
+        const auto seen_a = seen(v, a[position_of(v)]), seen_b = seen(v, b[position_of(v)]);
+        double square = 0;
+        for (std::size_t p = 0; p < pixels.size(); ++p)
+            if (pixels[p].surface)
+                square += 0.5 * double((seen_a[p] - pixels[p].all[0]).dot(seen_b[p] - pixels[p].all[1]) +
+                                       (seen_b[p] - pixels[p].all[0]).dot(seen_a[p] - pixels[p].all[1]));
+        if (const double whole = norm(v); whole > 0) sum += square / whole;
+    }
+    return sum / double(views_.size());
+}
+
+double HeldOut::difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    double sum = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        const auto seen_a = seen(v, a[position_of(v)]), seen_b = seen(v, b[position_of(v)]);
+        double square = 0;
+        for (std::size_t p = 0; p < seen_a.size(); ++p) square += double((seen_a[p] - seen_b[p]).length2());
+        if (const double whole = norm(v); whole > 0) sum += square / whole;
+    }
+    return sum / double(views_.size());
+}
+
+HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
+    const auto cameras = std::size_t(reference_.cameras());
+    std::vector<double> positions(views_.size() / cameras, 0.0);
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        const auto& pixels = reference(v);
+        const auto colours = seen(v, values[position_of(v)]);
+        double square = 0;
+        for (std::size_t p = 0; p < pixels.size(); ++p)
+            if (pixels[p].surface)
+                square += double((colours[p] - pixels[p].all[0]).dot(colours[p] - pixels[p].all[1]));
+        if (const double whole = norm(v); whole > 0)
+            positions[position_of(v)] += std::sqrt(std::max(0.0, square / whole)) / double(cameras);
+    }
+    Error error;
+    for (const double e : positions) error.relrmse += e / double(positions.size());
+    double scatter = 0;
+    for (const double e : positions) scatter += (e - error.relrmse) * (e - error.relrmse);
+    const auto n = double(positions.size());
+    error.standard_error = n > 1 ? std::sqrt(scatter / (n * (n - 1))) : 0;
+    return error;
+}
+
+}  // namespace pim

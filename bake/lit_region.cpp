@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/lit_region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "common/core/parallel.h"
+#include "common/transport/photon.h"
+
+namespace pim {
+namespace {
+
+constexpr uint64_t kPhotons = uint64_t{1} << 20, kPhotonBlock = 4096;
+constexpr int kBins = 16;           // along the longest side of where most of the light lands
+constexpr double kTail = 0.05;      // of the flux on each side that "most" leaves out
+constexpr float kWorthwhile = 0.8f;  // bounds that keep more than this of every side are not worth setting
+
+struct Flux {
+    Vec3 position;
+    float value;
+};
+
+std::vector<Flux> landings(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+    std::vector<std::vector<Flux>> parts(kPhotons / kPhotonBlock);
+    parallel_for(parts.size(), [&](std::size_t block) {
+        EnergyAccount ignored;
+        for (uint64_t photon = block * kPhotonBlock; photon < (block + 1) * kPhotonBlock; ++photon) {
+            const Light& light = scene.lights[photon % scene.lights.size()];
+            RandomStream random(scene.bake.seed, RandomPurpose::reach, 1, photon);
+            const Vec3 from = random_lamp_position(light, allowed, random);
+            trace_photon(
+                scene, caster, light, from, random,
+                [&](const Landing& l) {
+                    parts[block].push_back({l.surface.position, mean_channel(l.flux)});
+                },
+                ignored);
+        }
+    });
+    std::vector<Flux> all;
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+// Where most of the light lands, on one axis: its extent.
+float main_extent(std::vector<Flux>& all, int axis) {
+    std::ranges::sort(all, {}, [&](const Flux& f) { return f.position[axis]; });
+    double whole = 0, sum = 0;
+    for (const Flux& f : all) whole += double(f.value);
+    float low = all.front().position[axis], high = all.back().position[axis];
+    for (const Flux& f : all) {
+        const double before = sum;
+        sum += double(f.value);
+        if (before < kTail * whole) low = f.position[axis];
+        if (before < (1 - kTail) * whole) high = f.position[axis];
+    }
+    return high - low;
+}
+
+}  // namespace
+
+std::optional<Box3> lit_region(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+    std::vector<Flux> all = landings(scene, caster, allowed);
+    if (all.empty()) return std::nullopt;
+    float longest = 0;
+    for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, main_extent(all, axis));
+    if (!(longest > 0)) return std::nullopt;
+    const float size = longest / kBins;
+    const auto place = [&](float x) { return int64_t(std::floor(x / size)); };
+    struct Bin {
+        double flux = 0;
+        Box3 box;
+    };
+    std::map<std::array<int64_t, 3>, Bin> bins;
+    for (const Flux& f : all) {
+        Bin& bin = bins[{place(f.position.x), place(f.position.y), place(f.position.z)}];
+        bin.flux += double(f.value);
+        bin.box.extendBy(f.position);
+    }
+    double flux = 0, squares = 0;
+    for (const auto& [_, bin] : bins) flux += bin.flux, squares += bin.flux * bin.flux;
+    Box3 region;
+    for (const auto& [_, bin] : bins)
+        if (bin.flux >= kDimmest * squares / flux) region.extendBy(bin.box);
+    const Box3 whole = bounds(scene.geometry);
+    bool worthwhile = false;
+    for (int axis = 0; axis < 3; ++axis) {
+        region.min[axis] = std::max(whole.min[axis], region.min[axis] - 0.5f * size);
+        region.max[axis] = std::min(whole.max[axis], region.max[axis] + 0.5f * size);
+        worthwhile = worthwhile || region.size()[axis] < kWorthwhile * whole.size()[axis];
+    }
+    return worthwhile ? std::optional(region) : std::nullopt;
+}
+
+}  // namespace pim

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What photons make of a scene, kept in the work folder: the cells that count and a density volume per lamp
+// position. What is there already is not done again.
+#pragma once
+
+#include <optional>
+
+#include "bake/work_folder.h"
+
+namespace pim {
+
+class Tracing {
+  public:
+    // Throws Error: no surface that could hold irradiance.
+    explicit Tracing(Scene scene);
+    Tracing(const Tracing&) = delete;
+
+    void open(const std::filesystem::path& work_folder);  // before all that follows
+    void find_cells();
+    void trace(const std::vector<LightSample>& samples);
+    void note_seconds(const char* key, double seconds) const;  // adds to run.json
+
+    const Scene& scene() const { return scene_; }
+    const RayCaster& caster() const { return caster_; }
+    const Solids& solids() const { return solids_; }
+    const Cells& cells() const { return cells_; }
+    const WorkFolder& work() const { return *work_; }
+    PositionFilter outside_solids() const;
+
+  private:
+    Scene scene_;
+    RayCaster caster_;
+    Solids solids_;
+    std::optional<WorkFolder> work_;
+    Cells cells_;
+};
+
+Solids solids_of(const Scene& scene);
+
+}  // namespace pim
