@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kMostPhotons = 4e9;            // in all, without a time budget
-constexpr double kGridShare = 0.8;              // of the squared target error that cells alone may make
+constexpr double kGridShare = 0.9;              // of the squared target error that cells alone may make
 constexpr double kGoalShare = 0.9;              // of the squared target error that is aimed at
 constexpr double kWorthwhile = 0.97;            // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round

@@ -155,14 +155,7 @@ double share_in_grid(const std::array<Vec3, 3>& corners, const CellGrid& grid) {
 }
 
 void check_memory(const Scene& scene, const CellGrid& grid) {
-    const double fine = grid.cell_size / kFinePerCell;
-    double count = 0;  // both sides; a fine cell's cut of a plane is about its face
-    for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t) {
-        const auto corners = scene.geometry.corners(t);
-        count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
-    }
-    const double needed = 2.5 * count * sizeof(Fragment);
-    const double there = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    const double needed = fragment_bytes(scene, grid), there = memory_there();
     if (needed > there)
         throw Error(fmt::format(
             "{}: [grid] cells of {:.3g} m need about {:.0f} GB of memory, this machine has {:.0f}; make "
@@ -171,6 +164,18 @@ void check_memory(const Scene& scene, const CellGrid& grid) {
 }
 
 }  // namespace
+
+double memory_there() { return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE)); }
+
+double fragment_bytes(const Scene& scene, const CellGrid& grid) {
+    const double fine = grid.cell_size / kFinePerCell;
+    double count = 0;  // both sides; a fine cell's cut of a plane is about its face
+    for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t) {
+        const auto corners = scene.geometry.corners(t);
+        count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
+    }
+    return 2.5 * count * sizeof(Fragment);
+}
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {
     const Index3 cell = cell_of_fine(fine), in = fine - cell * kFinePerCell;

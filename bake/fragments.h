@@ -27,6 +27,10 @@ struct Fragment {
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
 
+// Memory that cutting needs, about, and what this machine has; bytes.
+double fragment_bytes(const Scene& scene, const CellGrid& grid);
+double memory_there();
+
 // All fragments of surfaces that hold irradiance, sorted by key. Surfaces beyond the grid are left out.
 // Throws Error if they would not fit into this machine's memory.
 std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells& cells);

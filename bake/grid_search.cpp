@@ -80,7 +80,9 @@ GridFigures GridSearch::search(double longest_side, const Cost& cost, const std:
     const auto size_at = [&](double steps) { return longest_side / (kFirstCells * std::exp2(0.5 * steps)); };
     const auto allowed = [&](double steps) {
         const double cells = longest_side / size_at(steps);
-        return cells >= kFewestCells && cells <= kMostCells;
+        if (cells < kFewestCells || cells > kMostCells) return false;
+        scene_.grid.resolution = CellSize{size_at(steps)};
+        return fragment_bytes(scene_, make_grid(scene_)) < 0.5 * memory_there();
     };
     const auto cost_at = [&](double steps) { return cost(measure(size_at(steps))); };
     double best = 0, least = cost_at(0);

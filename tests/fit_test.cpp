@@ -72,6 +72,21 @@ void expect_cubics_back(const Box3& domain, int count, const SampleCount& sample
 
 constexpr std::array<bool, 3> kAll{true, true, true};
 
+// The hat matrix is a projection: its diagonal adds to the rank. With one term each sample counts 1/n.
+TEST(Fit, LeveragesAddToTheRank) {
+    const Box3 domain(Vec3(-1, 2, 3), Vec3(1, 3, 7));
+    const MapBox box = split_domain(domain, Index3(1))[0];
+    const auto positions = spread(domain, 90, 90);
+    const std::vector<Vec3d> at(positions.begin(), positions.end());
+    for (const int degree : {0, 1, 2, 3}) {
+        const auto leverage = leverages(box, positions, degree, at);
+        double sum = 0;
+        for (const double l : leverage) sum += l;
+        EXPECT_NEAR(sum, double(terms_of(degree, {true, true, true}).size()), 1e-9);
+    }
+    EXPECT_NEAR(leverages(box, positions, 0, {Vec3d(box.centre)})[0], 1.0 / 90, 1e-12);
+}
+
 TEST(FitBox, CubicComesBackFromSpreadPositions) {
     expect_cubics_back(Box3(Vec3(-1, -2, -3), Vec3(1, 2, 3)), 40, 40, terms_of(3, kAll));
 }

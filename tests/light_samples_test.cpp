@@ -41,6 +41,26 @@ TEST(LightSamples, AShorterListIsTheStartOfALongerOne) {
     for (std::size_t i = 0; i < few.size(); ++i) EXPECT_EQ(few[i].position, many[i].position);
 }
 
+// A bake that adds positions, with other boxes or the same, keeps those it has.
+TEST(LightSamples, GroupsFollowOneAnother) {
+    using Groups = std::vector<SampleGroup>;
+    const auto whole = samples_of(roaming(kDomain, 40)), first = samples_of(roaming(kDomain, Groups{{Index3(1), 40}}));
+    const auto more = samples_of(roaming(kDomain, Groups{{Index3(1), 40}, {{2, 1, 1}, 20}}));
+    const auto most = samples_of(roaming(kDomain, Groups{{Index3(1), 40}, {{2, 1, 1}, 50}}));
+    ASSERT_EQ(more.size(), 60u);
+    for (std::size_t i = 0; i < 40; ++i) {
+        EXPECT_EQ(first[i].position, whole[i].position);
+        EXPECT_EQ(more[i].position, whole[i].position);
+    }
+    for (std::size_t i = 0; i < more.size(); ++i) {
+        EXPECT_EQ(more[i].number, int(i));
+        EXPECT_EQ(most[i].position, more[i].position);
+        for (std::size_t k = 0; k < i; ++k) EXPECT_NE(more[i].position, more[k].position);
+    }
+    const auto halves = split_domain(kDomain, {2, 1, 1});
+    for (std::size_t i = 40; i < 60; ++i) EXPECT_TRUE(halves[i % 2].contains(Vec3d(more[i].position)));
+}
+
 TEST(LightSamples, BoxesGetTheirShare) {
     const auto boxes = split_domain(kDomain, {2, 1, 2});
     std::vector<int> counts(4);

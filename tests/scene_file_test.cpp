@@ -153,6 +153,69 @@ TEST_F(SceneFile, MirrorKind) {
     EXPECT_EQ(material_named(scene, "wall").specular, Rgb(0.25f, 0.5f, 0.75f));
 }
 
+TEST_F(SceneFile, WithoutGridAndBakeAllIsLeftToTheBake) {
+    const std::string roams = "domain = { min = [0,0,0], max = [1,1,1] }\n";
+    const Scene open = read(kScene + kLight + roams);
+    EXPECT_TRUE(is_automatic(open));
+    EXPECT_TRUE(open.choices.cells && open.choices.photons && open.choices.degree);
+    EXPECT_TRUE(open.lights[0].choose_boxes && open.lights[0].choose_samples);
+    for (const char* table : {"[grid]\n", "[bake]\n"}) EXPECT_FALSE(is_automatic(read(kScene + kLight + roams + table)));
+}
+
+TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
+    const std::string roams = "domain = { min = [0,0,0], max = [1,1,1] }\n";
+    const Scene aimed = read(kScene + kLight + roams + "boxes = [2, 1, 1]\n[bake]\ntarget_error = 0.05\nphotons = 700\n");
+    EXPECT_EQ(aimed.choices.target_error, 0.05);
+    EXPECT_TRUE(aimed.choices.cells && aimed.choices.degree && aimed.lights[0].choose_samples);
+    EXPECT_FALSE(aimed.choices.photons || aimed.lights[0].choose_boxes);
+    EXPECT_EQ(aimed.bake.photons, 700u);
+    const Scene single = read(kScene + kLight + roams + "samples = \"auto\"\n[grid]\ncells = 20\n");
+    EXPECT_TRUE(single.lights[0].choose_samples);
+    EXPECT_FALSE(single.lights[0].choose_boxes || single.choices.cells || single.choices.photons);
+    EXPECT_EQ(read(kScene + kLight + "[bake]\ntime_budget = \"2.5m\"\n").choices.time_budget, 150.0);
+    const Scene groups = read(kScene + kLight + roams +
+                              "samples = [{ boxes = [1,1,1], count = 9 }, { boxes = [2,1,1], count = 5 }]\n[bake]\n");
+    const auto& list = std::get<std::vector<SampleGroup>>(groups.lights[0].samples);
+    ASSERT_EQ(list.size(), 2u);
+    EXPECT_EQ(list[1].boxes, Index3(2, 1, 1));
+    EXPECT_EQ(list[1].count, 5);
+}
+
+// A target on the command line is for whom does not want to think of settings: those of the description go.
+TEST_F(SceneFile, ATargetFreesTheSettingsOfTheDescription) {
+    const std::string text = kScene + kLight + "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2,1,1]\nsamples = 50\n" +
+                             "[grid]\ncells = 20\n[bake]\nphotons = 700\ndegree = 2\nseed = 5\n";
+    const Scene scene = read(text, {.settings = {{"target_error", "0.1"}, {"photons", "90"}}, .geometry = {}});
+    EXPECT_TRUE(scene.choices.cells && scene.choices.degree && scene.lights[0].choose_boxes);
+    EXPECT_FALSE(scene.choices.photons);
+    EXPECT_EQ(scene.bake.photons, 90u);
+    EXPECT_EQ(scene.bake.seed, 5u);
+    const Scene settled = read(text, {.settings = {{"target_error", "0.1"},
+                                                   {"target_error", ""},
+                                                   {"cells", "9"},
+                                                   {"photons", "90"},
+                                                   {"degree", "1"},
+                                                   {"boxes", "[1, 1, 3]", "lamp"},
+                                                   {"samples", "30", "lamp"}},
+                                      .geometry = {}});
+    EXPECT_FALSE(is_automatic(settled));
+    EXPECT_EQ(settled.lights[0].boxes, Index3(1, 1, 3));
+    const Scene again = read(settled.description);
+    EXPECT_EQ(again.description, settled.description);
+    EXPECT_EQ(std::get<int>(again.lights[0].samples), 30);
+}
+
+TEST_F(SceneFile, DurationsHaveUnits) {
+    EXPECT_EQ(parse_duration("90"), 90.0);
+    EXPECT_EQ(parse_duration("90s"), 90.0);
+    EXPECT_EQ(parse_duration("1.5m"), 90.0);
+    EXPECT_EQ(parse_duration("8h"), 28800.0);
+    for (const char* wrong : {"", "m", "10 parsecs", "-", "1e999s"}) EXPECT_FALSE(parse_duration(wrong)) << wrong;
+    expect_error(kScene + kLight + "[bake]\ntime_budget = \"soon\"\n", 7, "bake.time_budget");
+    expect_error(kScene + kLight + "[bake]\ntarget_error = 0\n", 7, "bake.target_error");
+    expect_error("preset = \"thesis\"\n" + kScene + kLight + "[bake]\ntarget_error = 0.1\n", 8, "thesis");
+}
+
 TEST_F(SceneFile, UnknownKeysAreNamed) {
     expect_error("what = 1\n" + kScene + kLight, 1, "what");
     expect_error(kScene + "colour = 1\n" + kLight, 3, "scene.colour");
