@@ -202,14 +202,14 @@ std::vector<LightSample> all_light_samples(const Scene& scene, const Solids& sol
 std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
     std::vector<std::string> lines;
     const uint64_t kept = cells.index.cell_count();
-    const double area = cells.counted_area;
+    const double counted = cells.counted_area;
     lines.push_back(fmt::format("{} of {} cells: no surface that light reaches",
                                 cells.grid.cell_count() - kept, cells.grid.cell_count()));
-    if (area < cells.surface_area * (1 - 1e-6))
+    if (counted < cells.surface_area * (1 - 1e-6))
         lines.push_back(fmt::format(
             "{:.4g} of {:.4g} m² of surface (both sides): no light reaches it ({} photons looked "
             "for it beforehand; the last doubling of them moved {:.2g} m²)",
-            cells.surface_area - area, cells.surface_area, cells.deciding_photons, cells.moved_area));
+            cells.surface_area - counted, cells.surface_area, cells.deciding_photons, cells.moved_area));
     const auto facings = cells_by_slot(cells.patches);
     for (int f = 0; cells.grid.facings && f < kFacingCount; ++f)
         if (facings[f].cells.empty())
@@ -221,6 +221,16 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
             lines.push_back(fmt::format("light '{}': {} of {} polynomial terms are enough", light.name, terms,
                                         kTermCount));
     }
+    double area = 0;
+    for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t)
+        area += 2 * double(pim::area(scene.geometry.corners(t)));
+    if (cells.surface_area < 0.999 * area)
+        lines.push_back(fmt::format(
+            "{:.4g} of {:.4g} m² of surface (both sides): outside the bounds, or of mirrors and glass",
+            area - cells.surface_area, area));
+    if (std::ranges::all_of(scene.materials,
+                            [](const Material& m) { return !m.glass && is_black(m.specular); }))
+        lines.push_back("reflected and refracted views: no surface is a mirror or glass");
     if (is_grey(scene)) lines.push_back("two of three colour channels: the scene is grey");
     return lines;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -93,7 +94,7 @@ class Chooser {
         HeldOut::Size size;
         if (scene_.choices.target_error)
             size.paths =
-                int(std::clamp(256 * std::pow(0.02 / *scene_.choices.target_error, 2), 128.0, 4096.0));
+                int(std::clamp(256 * std::pow(0.02 / *scene_.choices.target_error, 2), 32.0, 4096.0));
         if (has_budget()) {
             const double paths = std::min(4e6, 1e5 * budget());  // about a tenth of the time
             size.positions = paths < 5e5 ? 8 : 16;
@@ -113,6 +114,7 @@ class Chooser {
         held_out_.emplace(scene_, caster, solids, held_out_size());
         const Stopwatch watch;
         time_photons(caster, allowed);
+        choose_reach();
         GridSearch search(scene_, caster, allowed, *held_out_, wanted_square());
         double last = watch.seconds();
         const auto go_on = [&] {
@@ -127,13 +129,20 @@ class Chooser {
                 double(std::max({size.x, size.y, size.z})),
                 [&](const GridFigures& f) { return grid_cost(f); }, go_on);
             settings_.push_back({"cell_size", fmt::format("{:.17g}", grid_.cell_size)});
-            if (has_budget() && budget() < 60)
-                settings_.push_back({"reach_photons", std::to_string(1 << 20)});
+            settings_.push_back({"reach_photons", std::to_string(scene_.grid.reach_photons)});
             log_info(fmt::format("chose cells of {:.3g} m: {}", grid_.cell_size, grid_reason()));
         } else {
             grid_ = search.measure(make_grid(scene_).cell_size);
         }
         choose_photons();
+    }
+
+    // Looking for what light reaches is to take a twentieth of the time at most.
+    void choose_reach() {
+        if (!has_budget() || !scene_.choices.cells) return;
+        const auto affordable = uint64_t(0.05 * budget() / photon_seconds_);
+        scene_.grid.reach_photons =
+            std::clamp(std::bit_floor(affordable), uint64_t{1} << 20, GridSettings{}.reach_photons);
     }
 
     void choose_bounds(const RayCaster& caster, const PositionFilter& allowed) {
@@ -175,8 +184,6 @@ class Chooser {
 
     void time_photons(const RayCaster& caster, const PositionFilter& allowed) {
         if (!has_budget()) return;
-        const Stopwatch watch;
-        photon_seconds_ = watch.seconds();
         constexpr uint64_t kTrial = 1 << 15;
         const Stopwatch trial;
         parallel_for(64, [&](std::size_t block) {

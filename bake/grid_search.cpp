@@ -15,8 +15,7 @@ namespace {
 
 constexpr int kOwn = 1 << 18;  // numbers of lamp positions that no bake uses
 constexpr int kFirstCells = 22, kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr uint64_t kReachPhotons = uint64_t{1} << 20;
-constexpr double kFewestPhotons = 1 << 15, kMostPhotons = 1 << 22;  // per lamp, position and half
+constexpr double kFewestPhotons = 1 << 15, kMostPhotons = 1 << 22;    // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
@@ -25,9 +24,7 @@ constexpr double kNoiseAllowed = 10;
 
 GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
                        double wanted)
-    : scene_(std::move(scene)), caster_(caster), allowed_(allowed), held_out_(held_out), wanted_(wanted) {
-    scene_.grid.reach_photons = kReachPhotons;
-}
+    : scene_(std::move(scene)), caster_(caster), allowed_(allowed), held_out_(held_out), wanted_(wanted) {}
 
 const GridFigures& GridSearch::measure(double cell_size) {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;

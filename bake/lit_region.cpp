@@ -12,8 +12,8 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kPhotons = uint64_t{1} << 20, kPhotonBlock = 4096;
-constexpr int kBins = 16;           // along the longest side of where most of the light lands
-constexpr double kTail = 0.05;      // of the flux on each side that "most" leaves out
+constexpr int kBins = 16;            // along the longest side of where most of the light lands
+constexpr double kTail = 0.05;       // of the flux on each side that "most" leaves out
 constexpr float kWorthwhile = 0.8f;  // bounds that keep more than this of every side are not worth setting
 
 struct Flux {

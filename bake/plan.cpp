@@ -58,6 +58,10 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
     const auto samples = all_light_samples(scene, solids, warnings);
     const Cells cells =
         find_cells(scene, caster, [&](const Vec3& p) { return solids.containing(p).empty(); });
+    if (is_automatic(scene))
+        warnings.push_back(
+            "the bake chooses some of cells, photons, lamp positions, boxes and degree by itself as it goes; "
+            "these figures are for the usual settings in their place");
     for (const Light& light : scene.lights) {
         const auto boxes = split_domain(light.domain, light.boxes);
         const auto terms = terms_of(scene.bake.degree, boxes[0].moves()).size();

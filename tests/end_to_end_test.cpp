@@ -55,6 +55,12 @@ std::string description(const std::string& name, const std::string& extra = "",
 
 std::string map_path(const std::string& name) { return (test_folder() / (name + ".vdb")).string(); }
 
+nlohmann::json json_of(const std::string& command) {
+    const Outcome outcome = run(command + " --json --quiet");
+    EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.text;
+    return nlohmann::json::parse(outcome.text);
+}
+
 TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
     const std::string scene = description("threads");
     for (const char* threads : {"1", "2", "4"})
@@ -125,6 +131,79 @@ TEST(EndToEnd, TheStoredDescriptionMakesTheSameMap) {
     EXPECT_EQ(read_text(map_path("stored")), read_text(map_path("again")));
 }
 
+// Geometry, lamps and a camera, and no word of cells and photons.
+std::string bare_description(const std::string& name) {
+    const fs::path path = test_folder() / (name + ".toml");
+    std::ofstream(path) << "[scene]\ngeometry = \"" << kCornell << "\"\n"
+                        << "[[light]]\nname = \"lamp\"\npower = [100, 100, 100]\n"
+                        << "domain = { min = [2, 3.8, 2], max = [3.5, 4.8, 3.5] }\n"
+                        << "[[camera]]\nname = \"front\"\neye = [2.78, 2.73, -8]\ntarget = [2.78, 2.73, "
+                           "2.8]\nsize = [64, 64]\n";
+    return path.string();
+}
+
+// What it chose is in the stored description, which makes the same bytes; and a target looks at no clock.
+TEST(EndToEnd, ABakeThatChoosesForItself) {
+    const std::string scene = bare_description("bare"), map = map_path("bare");
+    const Outcome chosen = run("bake run " + scene + " --target-error 0.05 -o " + map + " --threads 2");
+    ASSERT_EQ(chosen.code, 0) << chosen.text;
+    for (const char* said :
+         {"chose cells", "chose", "round 1", "error", "noise", "grid", "polynomial", "is met"})
+        EXPECT_NE(chosen.text.find(said), std::string::npos) << said;
+    const auto error = json_of("bake evaluate " + map + " --json --lights 8 --pixels 1000");
+    EXPECT_LT(error["relrmse"].get<double>(), 0.05 + error["confidence"]["relrmse"].get<double>());
+    const auto estimate = nlohmann::json::parse(read_text(map + ".work/run.json"))["estimated_error"];
+    EXPECT_NEAR(estimate["relrmse"].get<double>(), error["relrmse"].get<double>(),
+                0.25 * error["relrmse"].get<double>() + error["confidence"]["relrmse"].get<double>());
+
+    const Outcome written = run("bake info " + map + " --description");
+    EXPECT_EQ(written.text.find("target_error"), std::string::npos);
+    std::ofstream(test_folder() / "settled.toml") << written.text;
+    ASSERT_EQ(
+        run("bake run " + (test_folder() / "settled.toml").string() + " -o " + map_path("settled")).code, 0);
+    EXPECT_TRUE(read_text(map) == read_text(map_path("settled")));
+    ASSERT_EQ(run("bake run " + scene + " --target-error 0.05 -o " + map_path("bare2") + " --threads 1").code,
+              0);
+    EXPECT_TRUE(read_text(map) == read_text(map_path("bare2")));
+
+    expect_failure("bake trace " + scene + " --part 1/2", 1, {"bare.toml", "bake run", "samples"});
+    expect_failure("bake run " + scene + " --target-error 0", 2, {"--target-error"});
+    expect_failure("bake run " + scene + " --time-budget soon", 2, {"--time-budget", "10m"});
+    EXPECT_NE(run("bake plan " + scene).text.find("chooses"), std::string::npos);
+}
+
+TEST(EndToEnd, AnInterruptedChoiceIsMadeAgain) {
+    const std::string scene = bare_description("stopped"), map = map_path("stopped");
+    const pid_t child = fork();
+    if (child == 0) {
+        const std::string bake = std::string(PIM_BIN) + "/bake";
+        execl(bake.c_str(), "bake", "run", scene.c_str(), "-o", map.c_str(), "--target-error", "0.05",
+              "--quiet", nullptr);
+        _exit(127);
+    }
+    for (int i = 0; i < 6000 && !fs::exists(map + ".work/lamp.000003.vdb"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    kill(child, SIGTERM);
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    ASSERT_EQ(run("bake run " + scene + " -o " + map + " --target-error 0.05 --set cells=12").code, 0);
+    ASSERT_EQ(
+        run("bake run " + scene + " -o " + map_path("unstopped") + " --target-error 0.05 --set cells=12")
+            .code,
+        0);
+    EXPECT_TRUE(read_text(map) == read_text(map_path("unstopped")));
+}
+
+// Not a check of the clock: that a budget chooses at all, spends it in rounds and says what more would bring.
+TEST(EndToEnd, ABakeForATime) {
+    const std::string scene = bare_description("timed"), map = map_path("timed");
+    const Outcome timed = run("bake run " + scene + " --time-budget 4s -o " + map);
+    ASSERT_EQ(timed.code, 0) << timed.text;
+    EXPECT_NE(timed.text.find("the time is used"), std::string::npos) << timed.text;
+    EXPECT_EQ(run("bake info " + map + " --description").text.find("time_budget"), std::string::npos);
+}
+
 TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
     const std::string scene = description("json"), map = map_path("json");
     ASSERT_EQ(run("bake run " + scene + " -o " + map).code, 0);
@@ -183,12 +262,6 @@ TEST(EndToEnd, RivalsOfTheMap) {
     expect_failure(refused + "--integrator whitted --direct baked", 2, {"--direct baked", "whitted"});
     expect_failure(refused + "--integrator whitted --view indirect", 2, {"whitted", "indirect"});
     expect_failure("viewer " + map + " --benchmark --integrator whitted", 2, {"--integrator", "--output"});
-}
-
-nlohmann::json json_of(const std::string& command) {
-    const Outcome outcome = run(command + " --json --quiet");
-    EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.text;
-    return nlohmann::json::parse(outcome.text);
 }
 
 TEST(EndToEnd, SettingsOnTheCommandLineAndAFitInNumbers) {

@@ -55,8 +55,8 @@ TEST(HeldOut, LampsAreSpreadOverTheDomainAndNotThoseOfEvaluations) {
 }
 
 // The room's own irradiance per patch: indirect light of a lamp in a closed room of equal walls is nearly
-// constant, Phi rho / (A (1 - rho)) on average (energy balance). A map that holds it everywhere errs less than
-// one that is dark, or twice as bright.
+// constant, Phi rho / (A (1 - rho)) on average (energy balance). A map that holds it everywhere errs less
+// than one that is dark, or twice as bright.
 TEST(HeldOut, TheRightLightErrsLeast) {
     const Prepared& p = prepared();
     const Rgb rho = p.scene.materials[0].diffuse;
@@ -90,14 +90,14 @@ TEST(HeldOut, ErrorIsThatOfTheMapsPictures) {
     for (auto& position : own)
         for (const uint32_t patch : p.held_out.patches()) position.push_back(values[patch]);
     double error = 0;
-    const Reference reference(p.scene, p.caster,
-                              [&] {
-                                  std::vector<std::vector<LightState>> lamps;
-                                  for (int i = 0; i < p.held_out.positions(); ++i)
-                                      lamps.push_back(p.held_out.lamps(i));
-                                  return lamps;
-                              }(),
-                              {.lights = 5, .pixels = 300, .paths = 64, .geometry = {}}, 77);
+    const Reference reference(
+        p.scene, p.caster,
+        [&] {
+            std::vector<std::vector<LightState>> lamps;
+            for (int i = 0; i < p.held_out.positions(); ++i) lamps.push_back(p.held_out.lamps(i));
+            return lamps;
+        }(),
+        {.lights = 5, .pixels = 300, .paths = 64, .geometry = {}}, 77);
     for (int i = 0; i < reference.positions(); ++i) {
         Moment m = evaluated_moment(p.scene, p.caster, map, reference.lamps(i));
         m.indirect = true;

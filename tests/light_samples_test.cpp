@@ -44,7 +44,8 @@ TEST(LightSamples, AShorterListIsTheStartOfALongerOne) {
 // A bake that adds positions, with other boxes or the same, keeps those it has.
 TEST(LightSamples, GroupsFollowOneAnother) {
     using Groups = std::vector<SampleGroup>;
-    const auto whole = samples_of(roaming(kDomain, 40)), first = samples_of(roaming(kDomain, Groups{{Index3(1), 40}}));
+    const auto whole = samples_of(roaming(kDomain, 40)),
+               first = samples_of(roaming(kDomain, Groups{{Index3(1), 40}}));
     const auto more = samples_of(roaming(kDomain, Groups{{Index3(1), 40}, {{2, 1, 1}, 20}}));
     const auto most = samples_of(roaming(kDomain, Groups{{Index3(1), 40}, {{2, 1, 1}, 50}}));
     ASSERT_EQ(more.size(), 60u);

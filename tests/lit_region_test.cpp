@@ -17,8 +17,8 @@ std::optional<Box3> region_of(const Scene& scene) {
 TEST(LitRegion, AClosedRoomIsAllOfIt) { EXPECT_FALSE(region_of(room(Rgb(0.5f)))); }
 
 // Irradiance on a plane under a lamp falls as cos^3: to 1 % of what a photon meets on average (mean of
-// cos^3 over photons, 1/4 of the largest) where cos^3 = 1/400, at 7.3 heights. Bounds end there up to the size of
-// the bins and the noise of the photons, not at the plane's end.
+// cos^3 over photons, 1/4 of the largest) where cos^3 = 1/400, at 7.3 heights. Bounds end there up to the
+// size of the bins and the noise of the photons, not at the plane's end.
 TEST(LitRegion, AWidePlaneIsCutWhereItIsDim) {
     const auto region = region_of(plane_under_lamp(2000, 1));
     ASSERT_TRUE(region);

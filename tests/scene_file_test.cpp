@@ -159,12 +159,14 @@ TEST_F(SceneFile, WithoutGridAndBakeAllIsLeftToTheBake) {
     EXPECT_TRUE(is_automatic(open));
     EXPECT_TRUE(open.choices.cells && open.choices.photons && open.choices.degree);
     EXPECT_TRUE(open.lights[0].choose_boxes && open.lights[0].choose_samples);
-    for (const char* table : {"[grid]\n", "[bake]\n"}) EXPECT_FALSE(is_automatic(read(kScene + kLight + roams + table)));
+    for (const char* table : {"[grid]\n", "[bake]\n"})
+        EXPECT_FALSE(is_automatic(read(kScene + kLight + roams + table)));
 }
 
 TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
     const std::string roams = "domain = { min = [0,0,0], max = [1,1,1] }\n";
-    const Scene aimed = read(kScene + kLight + roams + "boxes = [2, 1, 1]\n[bake]\ntarget_error = 0.05\nphotons = 700\n");
+    const Scene aimed =
+        read(kScene + kLight + roams + "boxes = [2, 1, 1]\n[bake]\ntarget_error = 0.05\nphotons = 700\n");
     EXPECT_EQ(aimed.choices.target_error, 0.05);
     EXPECT_TRUE(aimed.choices.cells && aimed.choices.degree && aimed.lights[0].choose_samples);
     EXPECT_FALSE(aimed.choices.photons || aimed.lights[0].choose_boxes);
@@ -173,8 +175,9 @@ TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
     EXPECT_TRUE(single.lights[0].choose_samples);
     EXPECT_FALSE(single.lights[0].choose_boxes || single.choices.cells || single.choices.photons);
     EXPECT_EQ(read(kScene + kLight + "[bake]\ntime_budget = \"2.5m\"\n").choices.time_budget, 150.0);
-    const Scene groups = read(kScene + kLight + roams +
-                              "samples = [{ boxes = [1,1,1], count = 9 }, { boxes = [2,1,1], count = 5 }]\n[bake]\n");
+    const Scene groups =
+        read(kScene + kLight + roams +
+             "samples = [{ boxes = [1,1,1], count = 9 }, { boxes = [2,1,1], count = 5 }]\n[bake]\n");
     const auto& list = std::get<std::vector<SampleGroup>>(groups.lights[0].samples);
     ASSERT_EQ(list.size(), 2u);
     EXPECT_EQ(list[1].boxes, Index3(2, 1, 1));
@@ -183,9 +186,11 @@ TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
 
 // A target on the command line is for whom does not want to think of settings: those of the description go.
 TEST_F(SceneFile, ATargetFreesTheSettingsOfTheDescription) {
-    const std::string text = kScene + kLight + "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2,1,1]\nsamples = 50\n" +
+    const std::string text = kScene + kLight +
+                             "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2,1,1]\nsamples = 50\n" +
                              "[grid]\ncells = 20\n[bake]\nphotons = 700\ndegree = 2\nseed = 5\n";
-    const Scene scene = read(text, {.settings = {{"target_error", "0.1"}, {"photons", "90"}}, .geometry = {}});
+    const Scene scene =
+        read(text, {.settings = {{"target_error", "0.1"}, {"photons", "90"}}, .geometry = {}});
     EXPECT_TRUE(scene.choices.cells && scene.choices.degree && scene.lights[0].choose_boxes);
     EXPECT_FALSE(scene.choices.photons);
     EXPECT_EQ(scene.bake.photons, 90u);
@@ -210,7 +215,8 @@ TEST_F(SceneFile, DurationsHaveUnits) {
     EXPECT_EQ(parse_duration("90s"), 90.0);
     EXPECT_EQ(parse_duration("1.5m"), 90.0);
     EXPECT_EQ(parse_duration("8h"), 28800.0);
-    for (const char* wrong : {"", "m", "10 parsecs", "-", "1e999s"}) EXPECT_FALSE(parse_duration(wrong)) << wrong;
+    for (const char* wrong : {"", "m", "10 parsecs", "-", "1e999s"})
+        EXPECT_FALSE(parse_duration(wrong)) << wrong;
     expect_error(kScene + kLight + "[bake]\ntime_budget = \"soon\"\n", 7, "bake.time_budget");
     expect_error(kScene + kLight + "[bake]\ntarget_error = 0\n", 7, "bake.target_error");
     expect_error("preset = \"thesis\"\n" + kScene + kLight + "[bake]\ntarget_error = 0.1\n", 8, "thesis");
