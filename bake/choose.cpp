@@ -26,12 +26,12 @@ constexpr double kGoalShare = 0.9;              // of the squared target error t
 constexpr double kWorthwhile = 0.97;            // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
-constexpr int kRounds = 4;             // of doubling, about, that the photons per position are planned for
-constexpr double kPatchPhotons = 150;  // photons that cost as much time as keeping a patch in all volumes
-constexpr int kMostBoxes = 16;         // per axis
+constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
+constexpr double kPatchPhotons = 150;   // photons that cost as much time as keeping a patch in all volumes
+constexpr double kReadSeconds = 1e-7;   // of the last fit, per lamp position and patch; about
+constexpr double kWriteSeconds = 3e-7;  // ... per box, patch and term
+constexpr int kMostBoxes = 16;          // per axis
 constexpr double kMostBoxesInAll = 512;
-
-double seconds_per_position_and_patch() { return 2e-8; }
 
 std::string text_of(const Index3& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
 
@@ -96,9 +96,9 @@ class Chooser {
             size.paths =
                 int(std::clamp(256 * std::pow(0.02 / *scene_.choices.target_error, 2), 32.0, 4096.0));
         if (has_budget()) {
-            const double paths = std::min(4e6, 1e5 * budget());  // about a tenth of the time
-            size.positions = paths < 5e5 ? 8 : 16;
-            size.pixels = paths < 5e5 ? 400 : 1000;
+            const double paths = std::min(4e6, 6e4 * budget());  // a twentieth of the time or so
+            size.positions = paths < 1e6 ? 16 : 32;
+            size.pixels = 500;
             size.paths = std::max(16, int(paths / (size.positions * size.pixels)) / 2 * 2);
         }
         return size;
@@ -115,7 +115,7 @@ class Chooser {
         const Stopwatch watch;
         time_photons(caster, allowed);
         choose_reach();
-        GridSearch search(scene_, caster, allowed, *held_out_, wanted_square());
+        GridSearch search(scene_, caster, allowed, *held_out_, wanted_square(), first_photons());
         double last = watch.seconds();
         const auto go_on = [&] {
             const double now = watch.seconds(), step = now - last;
@@ -143,6 +143,14 @@ class Chooser {
         const auto affordable = uint64_t(0.05 * budget() / photon_seconds_);
         scene_.grid.reach_photons =
             std::clamp(std::bit_floor(affordable), uint64_t{1} << 20, GridSettings{}.reach_photons);
+    }
+
+    // For the first grid: with a budget, a twentieth of the time at most.
+    uint64_t first_photons() const {
+        constexpr double kEnough = 1 << 17;
+        if (!has_budget()) return uint64_t(kEnough);
+        const double volumes = 2.0 * held_out_->positions() * double(scene_.lights.size());
+        return uint64_t(std::clamp(0.05 * budget() / photon_seconds_ / volumes, 2048.0, kEnough));
     }
 
     void choose_bounds(const RayCaster& caster, const PositionFilter& allowed) {
@@ -233,7 +241,9 @@ class Chooser {
         so_far.push_back({"degree", "3"});
         begin_lamps();
         append_lamps(so_far);
+        const Stopwatch open_watch;
         tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
+        open_seconds_ = open_watch.seconds();
         tracing_->open(work_folder_);
         tracing_->find_cells();
         held_out_->set_cells(tracing_->scene(), tracing_->caster(), tracing_->cells());
@@ -241,17 +251,16 @@ class Chooser {
         double traced_seconds = 0, traced = 0;
         for (int round = 1;; ++round) {
             const Stopwatch trace_watch;
-            const double before = photons_in_all();
             trace_missing();
             traced += photons_in_all() - std::exchange(counted_, photons_in_all());
             traced_seconds += trace_watch.seconds();
-            (void)before;
+            photon_seconds_ = traced_seconds / traced;
             const Stopwatch judge_watch;
             figures_ = fits_->measure(lights_, degree_);
             choose_boxes();
+            judge_seconds_ = judge_watch.seconds();
             say(round);
-            if (traced > 0) photon_seconds_ = traced_seconds / traced;
-            if (!grow(judge_watch.seconds())) break;
+            if (!grow()) break;
         }
         if (scene_.choices.degree) settings_.push_back({"degree", std::to_string(degree_)});
         append_lamps(settings_);
@@ -317,10 +326,11 @@ class Chooser {
         double boxes = 0;
         for (const Light& light : lights_) boxes += double(light.boxes.x * light.boxes.y * light.boxes.z);
         const double positions = photons_in_all() / double(scene_.bake.photons);
-        const double end = 0.5 + 2e-6 * patches * boxes;  // fit and write
-        const double per_photon =
-            photon_seconds_ + seconds_per_position_and_patch() * patches / double(scene_.bake.photons);
-        const double more = (left() - end) / per_photon / (positions * double(scene_.bake.photons));
+        const double terms = moving_terms();
+        const double end = open_seconds_ + 0.3 + kWriteSeconds * patches * boxes * terms;
+        const double as_far =
+            positions * (photon_seconds_ * double(scene_.bake.photons) + kReadSeconds * patches);
+        const double more = (left() - end - judge_seconds_) / (as_far + judge_seconds_);
         return 1 + std::max(0.0, more);
     }
 
@@ -389,9 +399,9 @@ class Chooser {
     }
 
     // Plans the next round; false: this was the last.
-    bool grow(double judged_seconds) {
+    bool grow() {
         if (std::ranges::none_of(lights_, &Light::choose_samples)) return false;
-        const double factor = has_budget() ? budget_growth(judged_seconds) : target_growth();
+        const double factor = has_budget() ? budget_growth() : target_growth();
         if (!(factor > 1)) return false;
         share_out(factor);
         return true;
@@ -415,14 +425,13 @@ class Chooser {
         return std::clamp(needed, kSlowest, kFastest);
     }
 
-    double budget_growth(double judged_seconds) {
+    double budget_growth() {
         const double target = scene_.choices.target_error.value_or(0);
         if (figures_.error.relrmse <= 0.97 * target) {
             log_info(fmt::format("the target of {} is met", target));
             return 0;
         }
-        const double more =
-            affordable() - judged_seconds / std::max(1e-9, photon_seconds_ * photons_in_all());
+        const double more = affordable();
         if (more < 1.05) {
             const double noise = figures_.noise_sum(), square = figures_.square;
             log_info(
@@ -463,7 +472,7 @@ class Chooser {
     fs::path work_folder_;
     std::optional<HeldOut> held_out_;
     GridFigures grid_;
-    double photon_seconds_ = 1e-6;
+    double photon_seconds_ = 1e-6, open_seconds_ = 1, judge_seconds_ = 0;
     std::optional<Tracing> tracing_;
     std::optional<TrialFits> fits_;
     std::vector<Light> lights_;

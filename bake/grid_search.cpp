@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kOwn = 1 << 18;  // numbers of lamp positions that no bake uses
 constexpr int kFirstCells = 22, kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr double kFewestPhotons = 1 << 15, kMostPhotons = 1 << 22;    // per lamp, position and half
+constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 22;    // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
@@ -23,8 +23,13 @@ constexpr double kNoiseAllowed = 10;
 }  // namespace
 
 GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
-                       double wanted)
-    : scene_(std::move(scene)), caster_(caster), allowed_(allowed), held_out_(held_out), wanted_(wanted) {}
+                       double wanted, uint64_t first_photons)
+    : scene_(std::move(scene)),
+      caster_(caster),
+      allowed_(allowed),
+      held_out_(held_out),
+      wanted_(wanted),
+      first_photons_(first_photons) {}
 
 const GridFigures& GridSearch::measure(double cell_size) {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
@@ -48,7 +53,7 @@ const GridFigures& GridSearch::measure(double cell_size) {
 uint64_t GridSearch::photons_for(double cell_size) const {
     const auto distance = [&](const auto& entry) { return std::abs(std::log(entry.first / cell_size)); };
     const auto nearest = std::ranges::min_element(known_, {}, distance);
-    if (nearest == known_.end()) return uint64_t(4 * kFewestPhotons);
+    if (nearest == known_.end()) return first_photons_;
     const double ratio = nearest->first / cell_size, noise = nearest->second.noise * ratio * ratio;
     return uint64_t(std::clamp(noise / (kNoiseAllowed * wanted_), kFewestPhotons, kMostPhotons));
 }

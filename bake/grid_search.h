@@ -18,9 +18,10 @@ struct GridFigures {
 
 class GridSearch {
   public:
-    // Squared errors of the size of `wanted` are to be told apart. The arguments must outlive the search.
+    // Squared errors of the size of `wanted` are to be told apart; `first_photons` per lamp, position and
+    // half for the first size. The arguments must outlive the search.
     GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
-               double wanted);
+               double wanted, uint64_t first_photons);
     // By size; measured once each.
     const GridFigures& measure(double cell_size);
 
@@ -38,6 +39,7 @@ class GridSearch {
     const PositionFilter& allowed_;
     HeldOut& held_out_;
     double wanted_;
+    uint64_t first_photons_;
     std::map<double, GridFigures> known_;
 };
 
