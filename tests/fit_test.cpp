@@ -155,6 +155,24 @@ TEST(FitBox, ResidualOfNoise) {
     expect_mean(squares, 1 - 20.0 / kSamples);
 }
 
+// A lamp on a line or in a plane: 4 or 10 terms are stored, a fifth or half of 20, and take up 4/M or 10/M of
+// the noise.
+TEST(FitBox, LineAndPlaneKeepTheirTermsOnly) {
+    constexpr std::size_t kPatches = 200;
+    constexpr int kSamples = 100;
+    const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
+    for (const auto& [highest, terms] : {std::pair{Vec3(1, 0, 0), 4}, std::pair{Vec3(1, 0, 1), 10}}) {
+        const Box3 domain(Vec3(0), highest);
+        const MapBox box = split_domain(domain, Index3(1))[0];
+        const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), 3, kPatches, noise, {});
+        EXPECT_EQ(fit.statistics.rank, terms);
+        EXPECT_EQ(fit.polynomials.coefficients.size(), kPatches * std::size_t(terms) * 3);
+        Mean squares;
+        for (const float r : fit.polynomials.residuals) squares.add(double(r) * r);
+        expect_mean(squares, 1 - double(terms) / kSamples);
+    }
+}
+
 // A cube of cells; those at its corners have 8 patches around them, themselves among these.
 Neighbourhoods one_neighbourhood(int side) {
     Cells cells;
