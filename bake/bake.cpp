@@ -124,11 +124,10 @@ class Bake {
         std::vector<LightSample> own;
         for (const LightSample& s : samples_)
             if (s.light == number) own.push_back(s);
-        const Neighbourhoods shared =
-            scene_.bake.shrinkage ? neighbourhoods(cells_.index, cells_.patches) : Neighbourhoods{};
+        const Neighbourhoods shared = neighbourhoods(scene_, cells_);
         MapLight light = pim::fit_light(
             scene_.lights[number], scene_.bake, own, cells_.patches.size(), shared,
-            [&](const LightSample& s, Component c) { return work().read_density(scene_, cells_, s, c); });
+            [&](const LightSample& s, Component c) { return work().read(scene_, cells_, s, c); });
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
             const int terms = int(terms_of(scene_.bake.degree, light.boxes[b].moves()).size());
             if (light.fits[b].rank < terms)

@@ -170,7 +170,7 @@ class Chooser {
 
     // Noise of the map for one photon in all: each fit spreads a term's worth of noise over the positions,
     // and shrinkage takes about half of it away again.
-    double map_noise(const GridFigures& f) const { return 0.5 * double(moving_terms()) * f.noise; }
+    double map_noise(const GridFigures& f) const { return 0.2 * double(moving_terms()) * f.noise; }
 
     // Photons that reach the target, or the squared error that the budget reaches.
     double grid_cost(const GridFigures& f) const {

@@ -103,8 +103,7 @@ class ErrorParts {
         });
         IlluminationMap map = baked_.map;
         map.lights.clear();
-        const Neighbourhoods shared =
-            scene.bake.shrinkage ? neighbourhoods(cells_.index, cells_.patches) : Neighbourhoods{};
+        const Neighbourhoods shared = neighbourhoods(scene, cells_);
         for (std::size_t l = 0; l < scene.lights.size(); ++l) {
             std::vector<LightSample> own;
             std::vector<const DensityVolume*> own_volumes;
@@ -112,18 +111,12 @@ class ErrorParts {
                 if (samples[i].light == int(l)) own.push_back(samples[i]), own_volumes.push_back(&volumes[i]);
             const auto density = [&](const LightSample& sample, Component c) {
                 const auto found = std::ranges::find(own, sample.number, &LightSample::number);
-                return channels_of(own_volumes[std::size_t(found - own.begin())]->components[int(c)].density);
+                return own_volumes[std::size_t(found - own.begin())]->components[int(c)];
             };
             map.lights.push_back(
                 fit_light(scene.lights[l], scene.bake, own, cells_.patches.size(), shared, density));
         }
         return map;
-    }
-
-    static std::vector<float> channels_of(const Colours& density) {
-        std::vector<float> values;
-        for (const Rgb& d : density) values.insert(values.end(), {d.x, d.y, d.z});
-        return values;
     }
 
     Moment moment(const IlluminationMap& map, int position) const {

@@ -10,7 +10,6 @@
 namespace pim {
 namespace {
 
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 constexpr std::size_t kSamplesAtOnce = 32;
 constexpr Eigen::Index kRowsAtOnce = 2048;
 
@@ -47,8 +46,9 @@ Eigen::MatrixXd to_monomials(const std::vector<int>& terms) {
 
 // Qᵀ y for every patch and channel, and the sum of squares of y, volumes added a few at a time.
 struct Projections {
-    RowMatrix along;          // (patch, channel) × rank
-    Eigen::VectorXd squares;  // (patch, channel)
+    RowMatrix along;               // (patch, channel) × rank
+    Eigen::VectorXd squares;       // (patch, channel)
+    std::vector<double> variance;  // [patch] of the noise, mean of samples and channels
 
     void add(const RowMatrix& volumes,
              const Eigen::MatrixXd& q) {  // (patch, channel) × samples; samples × rank
@@ -62,85 +62,85 @@ struct Projections {
     }
 };
 
-Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const VolumeReader& read_volume) {
+// Variance of a density's noise, mean of its channels, from that of the channels' mean: photons of a patch
+// have about the density's colour.
+double channel_variance(const Rgb& density, float variance_of_mean) {
+    const double mean = double(density.x + density.y + density.z) / 3;
+    return mean > 0 ? double(variance_of_mean) * double(density.dot(density)) / (3 * mean * mean) : 0;
+}
+
+Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const VolumeReader& read_volume,
+                    bool with_variance) {
     const auto rows = Eigen::Index(patch_count * 3), samples = q.rows();
-    Projections projections{RowMatrix::Zero(rows, q.cols()), Eigen::VectorXd::Zero(rows)};
+    Projections projections{RowMatrix::Zero(rows, q.cols()), Eigen::VectorXd::Zero(rows),
+                            std::vector<double>(with_variance ? patch_count : 0)};
     for (Eigen::Index first = 0; first < samples; first += Eigen::Index(kSamplesAtOnce)) {
         const Eigen::Index count = std::min<Eigen::Index>(kSamplesAtOnce, samples - first);
-        RowMatrix volumes(rows, count);
+        RowMatrix volumes(rows, count), variances(Eigen::Index(projections.variance.size()), count);
         parallel_for(std::size_t(count), [&](std::size_t i) {
-            const std::vector<float> values = read_volume(std::size_t(first) + i);
-            for (Eigen::Index row = 0; row < rows; ++row)
-                volumes(row, Eigen::Index(i)) = values[std::size_t(row)];
+            const auto read = read_volume(std::size_t(first) + i);
+            for (std::size_t p = 0; p < patch_count; ++p)
+                for (int c = 0; c < 3; ++c)
+                    volumes(3 * Eigen::Index(p) + c, Eigen::Index(i)) = double(read.density[p][c]);
+            for (std::size_t p = 0; p < projections.variance.size(); ++p)
+                variances(Eigen::Index(p), Eigen::Index(i)) =
+                    channel_variance(read.density[p], read.variance[p]);
         });
         projections.add(volumes, q.middleRows(first, count));
+        for (std::size_t p = 0; p < projections.variance.size(); ++p)
+            projections.variance[p] += variances.row(Eigen::Index(p)).sum() / double(samples);
     }
     return projections;
 }
 
-// Per patch: residual variance, and signal plus noise power of each degree per orthonormal term.
-struct Powers {
-    std::vector<double> noise;
-    std::vector<std::array<double, 4>> of_degree;
-    std::array<int, 4> terms{};
-};
-
-Powers powers_of(const Projections& projections, const std::vector<int>& degrees, Eigen::Index samples) {
-    const std::size_t patches = std::size_t(projections.along.rows()) / 3;
-    Powers powers{std::vector<double>(patches), std::vector<std::array<double, 4>>(patches), {}};
-    for (const int d : degrees) ++powers.terms[d];
-    const double free = 3.0 * double(std::max<Eigen::Index>(1, samples - Eigen::Index(degrees.size())));
-    for (std::size_t p = 0; p < patches; ++p) {
-        powers.of_degree[p].fill(0);
+// Variance of the residuals, which hold what no cubic follows besides noise. [patch]
+std::vector<double> residual_variance(const Projections& projections, Eigen::Index samples) {
+    const auto free = 3.0 * double(std::max<Eigen::Index>(1, samples - projections.along.cols()));
+    std::vector<double> variance(std::size_t(projections.along.rows()) / 3);
+    for (std::size_t p = 0; p < variance.size(); ++p)
         for (int c = 0; c < 3; ++c) {
             const auto row = Eigen::Index(3 * p) + c;
-            powers.noise[p] +=
+            variance[p] +=
                 std::max(0.0, projections.squares(row) - projections.along.row(row).squaredNorm()) / free;
-            for (std::size_t k = 0; k < degrees.size(); ++k)
-                powers.of_degree[p][degrees[k]] += projections.along(row, Eigen::Index(k)) *
-                                                   projections.along(row, Eigen::Index(k)) /
-                                                   (3.0 * powers.terms[degrees[k]]);
         }
-    }
-    return powers;
+    return variance;
 }
 
-// tau² / (tau² + sigma²) for a degree of a patch.
-double shrinkage(const Powers& powers, const Neighbourhoods& shared, std::size_t patch, int degree) {
-    double signal = 0, weight = 0;
-    for (const uint32_t n : shared.of[patch]) {
-        signal += shared.area[n] * (powers.of_degree[n][degree] - powers.noise[n]);
-        weight += shared.area[n];
-    }
-    const double tau2 = std::max(0.0, signal / weight);
-    return tau2 > 0 ? tau2 / (tau2 + powers.noise[patch]) : 0;
+// The projections and what is known of their noise.
+NoisyCoefficients measured(Projections& projections, const std::vector<int>& degrees, Eigen::Index samples,
+                           const Neighbourhoods& shared) {
+    const std::vector<double> variance = shared.filter() ? pooled_noise(projections.variance, shared)
+                                                         : residual_variance(projections, samples);
+    NoisyCoefficients coefficients{std::move(projections.along), degrees, {}};
+    for (const double v : variance) coefficients.noise.emplace_back().fill(v);
+    return coefficients;
+}
+
+RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& shared) {
+    if (shared.empty()) return measured.values;
+    NoisyCoefficients kept = shared.filter() ? filtered(measured, shared) : measured;
+    shrink(kept, shared);
+    return std::move(kept.values);
 }
 
 }  // namespace
 
-Neighbourhoods neighbourhoods(const PatchIndex& index, const std::vector<Patch>& patches) {
-    Neighbourhoods shared;
-    shared.of.resize(patches.size());
-    for (std::size_t p = 0; p < patches.size(); ++p) {
-        shared.area.push_back(patches[p].area);
-        for (int x = -1; x <= 1; ++x)
-            for (int y = -1; y <= 1; ++y)
-                for (int z = -1; z <= 1; ++z)
-                    if (const int n = index.find(patches[p].cell + Index3(x, y, z), patches[p].slot); n >= 0)
-                        shared.of[p].push_back(uint32_t(n));
-    }
-    return shared;
+Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells) {
+    if (!scene.bake.shrinkage) return {};
+    // Spheres about neighbouring cells share photons, so their noise is not independent.
+    return {cells, scene.grid.estimator == Estimator::area};
 }
 
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
                std::size_t patch_count, const VolumeReader& read_volume, const Neighbourhoods& shared) {
     const std::vector<int> terms = terms_of(highest_degree, box.moves());
     const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
-    const Projections projections = project(ls.q, patch_count, read_volume);
+    Projections projections = project(ls.q, patch_count, read_volume, shared.filter());
     const Eigen::MatrixXd solve = to_monomials(terms) * ls.solve;  // terms × rank
     std::vector<int> degrees;                                      // of the orthonormal terms
-    for (const int column : ls.kept) degrees.push_back(degree(terms[column]));
-    const Powers powers = powers_of(projections, degrees, ls.q.rows());
+    for (const int column : ls.kept) degrees.push_back(degree(terms[std::size_t(column)]));
+    const NoisyCoefficients all = measured(projections, degrees, ls.q.rows(), shared);
+    const RowMatrix kept = kept_of(all, shared);
     BoxFit fit;
     fit.statistics = {int(positions.size()), ls.rank(), ls.condition_number};
     fit.polynomials.terms = terms;
@@ -149,17 +149,15 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
     parallel_for((patch_count + 255) / 256, [&](std::size_t block) {
         for (std::size_t p = block * 256; p < std::min(patch_count, (block + 1) * 256); ++p) {
             double misfit = 0;
-            Eigen::VectorXd keep = Eigen::VectorXd::Ones(ls.rank());
-            for (Eigen::Index k = 0; k < ls.rank(); ++k)
-                if (!shared.of.empty() && degrees[k] > 0) keep(k) = shrinkage(powers, shared, p, degrees[k]);
             for (int c = 0; c < 3; ++c) {
                 const auto row = Eigen::Index(3 * p) + c;
-                const Eigen::VectorXd along = projections.along.row(row).transpose();
-                const Eigen::VectorXd kept = keep.cwiseProduct(along), a = solve * kept;
+                const auto along = all.values.row(row);
+                const Eigen::VectorXd a = solve * kept.row(row).transpose();
                 for (std::size_t t = 0; t < terms.size(); ++t)
-                    fit.polynomials.coefficients[(p * terms.size() + t) * 3 + c] = float(a(Eigen::Index(t)));
-                misfit += std::max(
-                    0.0, projections.squares(row) - along.squaredNorm() + (along - kept).squaredNorm());
+                    fit.polynomials.coefficients[(p * terms.size() + t) * 3 + std::size_t(c)] =
+                        float(a(Eigen::Index(t)));
+                misfit += std::max(0.0, projections.squares(row) - along.squaredNorm() +
+                                            (along - kept.row(row)).squaredNorm());
             }
             fit.polynomials.residuals[p] = float(std::sqrt(misfit / (3.0 * double(positions.size()))));
         }

@@ -55,7 +55,7 @@ class FitSamples {
         for (const LightSample& sample : samples_) {
             if (sample.light != light) continue;
             own.push_back(sample);
-            measured.push_back(means(work_.read_density(baked_.scene, cells_, sample, component)));
+            measured.push_back(means(work_.read(baked_.scene, cells_, sample, component).density));
             fitted.push_back(fit_at(light, component, sample.position));
         }
         const std::size_t patches = cells_.patches.size();
@@ -101,10 +101,9 @@ class FitSamples {
         return some;
     }
 
-    static std::vector<float> means(const std::vector<float>& channels) {
+    static std::vector<float> means(const std::vector<Rgb>& channels) {
         std::vector<float> values;
-        for (std::size_t i = 0; i < channels.size(); i += 3)
-            values.push_back((channels[i] + channels[i + 1] + channels[i + 2]) / 3);
+        for (const Rgb& v : channels) values.push_back(mean_channel(v));
         return values;
     }
 

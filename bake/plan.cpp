@@ -78,19 +78,20 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
                  patches = double(cells.patches.size());
     const double map_bytes = bytes_of_map(scene, cells.patches.size());
     const double volume_bytes = patches * 16 * double(scene.bake.components.size());
-    return {{"grid", {cells.grid.size.x, cells.grid.size.y, cells.grid.size.z}},
-            {"cells", cells.index.cell_count()},
-            {"patches", cells.patches.size()},
-            {"light_samples", samples.size()},
-            {"photons_total", scene.bake.photons * samples.size()},
-            {"rays_per_photon", trial.surfaces_per_photon + 1},
-            // Sums of one box in double and 32 volumes at a time, the map, one grid of OpenVDB.
-            {"memory_bytes", uint64_t(patches * 3 * 8 * (kTermCount + 32) + map_bytes + 1e8)},
-            {"disk_bytes", uint64_t(map_bytes + volume_bytes * double(samples.size()))},
-            {"seconds_estimate",
-             photons * trial.seconds_per_photon + 1e-8 * patches * 60 * double(samples.size())},
-            {"left_out", left_out(scene, cells)},
-            {"warnings", warnings}};
+    return {
+        {"grid", {cells.grid.size.x, cells.grid.size.y, cells.grid.size.z}},
+        {"cells", cells.index.cell_count()},
+        {"patches", cells.patches.size()},
+        {"light_samples", samples.size()},
+        {"photons_total", scene.bake.photons * samples.size()},
+        {"rays_per_photon", trial.surfaces_per_photon + 1},
+        // Sums of one box in double and 32 volumes at a time, neighbourhoods, the map, one grid of OpenVDB.
+        {"memory_bytes", uint64_t(patches * (3 * 8 * (kTermCount + 32) + 500) + map_bytes + 1e8)},
+        {"disk_bytes", uint64_t(map_bytes + volume_bytes * double(samples.size()))},
+        {"seconds_estimate",
+         photons * trial.seconds_per_photon + 1e-8 * patches * 60 * double(samples.size())},
+        {"left_out", left_out(scene, cells)},
+        {"warnings", warnings}};
 }
 
 std::string plan_text(const nlohmann::json& p) {

@@ -13,10 +13,13 @@ namespace {
 constexpr double kPositionsPerTerm = 2;  // fewer in a box are too few to try it
 constexpr int kGroups = 5;
 
-Neighbourhoods neighbourhoods_of(const Cells& cells, const std::vector<uint32_t>& patches) {
-    std::vector<Patch> own;
-    for (const uint32_t p : patches) own.push_back(cells.patches[p]);
-    return neighbourhoods(PatchIndex(cells.grid, own), own);
+// Some of the patches, and no more.
+Cells part_of(const Cells& cells, const std::vector<uint32_t>& patches) {
+    Cells part;
+    part.grid = cells.grid;
+    for (const uint32_t p : patches) part.patches.push_back(cells.patches[p]);
+    part.index = PatchIndex(part.grid, part.patches);
+    return part;
 }
 
 double mean(const std::vector<double>& values) {
@@ -28,9 +31,10 @@ double mean(const std::vector<double>& values) {
 double TrialFigures::noise_sum() const { return std::accumulate(noise.begin(), noise.end(), 0.0); }
 
 TrialFits::TrialFits(const Tracing& tracing, const HeldOut& held_out)
-    : tracing_(tracing), held_out_(held_out), lamps_(tracing.scene().lights.size()) {
-    if (tracing.scene().bake.shrinkage) shared_ = neighbourhoods_of(tracing.cells(), held_out.patches());
-}
+    : tracing_(tracing),
+      held_out_(held_out),
+      shared_(neighbourhoods(tracing.scene(), part_of(tracing.cells(), held_out.patches()))),
+      lamps_(tracing.scene().lights.size()) {}
 
 void TrialFits::add(int light, const std::vector<LightSample>& samples) {
     Lamp& lamp = lamps_[std::size_t(light)];
@@ -40,12 +44,12 @@ void TrialFits::add(int light, const std::vector<LightSample>& samples) {
     const auto& patches = held_out_.patches();
     parallel_for(samples.size() - known, [&](std::size_t i) {
         for (const Component c : tracing_.scene().bake.components) {
-            const auto all =
-                tracing_.work().read_density(tracing_.scene(), tracing_.cells(), samples[known + i], c);
-            auto& own = lamp.volumes[known + i][std::size_t(c)];
-            for (const uint32_t p : patches)
-                own.insert(own.end(), all.begin() + 3 * std::ptrdiff_t(p),
-                           all.begin() + 3 * std::ptrdiff_t(p) + 3);
+            const auto all = tracing_.work().read(tracing_.scene(), tracing_.cells(), samples[known + i], c);
+            auto& own = lamp.volumes[known + i].components[std::size_t(c)];
+            for (const uint32_t p : patches) {
+                own.density.push_back(all.density[p]);
+                own.variance.push_back(all.variance[p]);
+            }
         }
     });
 }
@@ -60,7 +64,7 @@ TrialFits::AtPositions TrialFits::fitted(std::size_t light, const Light& as, int
     map.mend_signs = false;
     const auto density = [&](const LightSample& sample, Component c) {
         const auto found = std::ranges::lower_bound(lamp.samples, sample.number, {}, &LightSample::number);
-        return lamp.volumes[std::size_t(found - lamp.samples.begin())][std::size_t(c)];
+        return lamp.volumes[std::size_t(found - lamp.samples.begin())].components[std::size_t(c)];
     };
     map.lights.push_back(fit_light(as, settings, samples, map.patches.size(), shared_, density));
     AtPositions at(std::size_t(held_out_.positions()));

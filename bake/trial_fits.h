@@ -40,7 +40,7 @@ class TrialFits {
     using AtPositions = std::vector<HeldOut::Values>;  // [held-out position], not clamped
     struct Lamp {
         std::vector<LightSample> samples;
-        std::vector<std::array<std::vector<float>, kComponentCount>> volumes;  // [sample][component]
+        std::vector<DensityVolume> volumes;  // [sample], of held_out.patches()
         AtPositions whole;
         std::vector<double> leverage;  // [held-out position]
     };

@@ -217,20 +217,25 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     });
 }
 
-std::vector<float> WorkFolder::read_density(const Scene& scene, const Cells& cells, const LightSample& sample,
-                                            Component component) const {
+DensityVolume::PerComponent WorkFolder::read(const Scene& scene, const Cells& cells,
+                                             const LightSample& sample, Component component) const {
     const fs::path path = file_of(scene, sample);
     const VdbReader file(path);
     check_settings(file, settings_, path);
-    std::vector<float> values(cells.patches.size() * 3);
-    const auto facings = cells_by_slot(cells.patches);
+    DensityVolume::PerComponent volume{std::vector<Rgb>(cells.patches.size()),
+                                       std::vector<float>(cells.patches.size())};
+    const auto slots = cells_by_slot(cells.patches);
     for (int f = 0; f < kSlotCount; ++f) {
-        if (facings[f].cells.empty()) continue;
-        const auto own = file.values(stem_of(component, cells.grid, f) + "/density", facings[f].cells, 3);
-        for (std::size_t i = 0; i < facings[f].patches.size(); ++i)
-            std::copy_n(&own[3 * i], 3, &values[3 * std::size_t(facings[f].patches[i])]);
+        if (slots[f].cells.empty()) continue;
+        const std::string stem = stem_of(component, cells.grid, f);
+        const auto density = file.values(stem + "/density", slots[f].cells, 3);
+        const auto variance = file.values(stem + "/variance", slots[f].cells, 1);
+        for (std::size_t i = 0; i < slots[f].patches.size(); ++i) {
+            volume.density[slots[f].patches[i]] = {density[3 * i], density[3 * i + 1], density[3 * i + 2]};
+            volume.variance[slots[f].patches[i]] = variance[i];
+        }
     }
-    return values;
+    return volume;
 }
 
 EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sample) const {

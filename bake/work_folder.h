@@ -29,9 +29,9 @@ class WorkFolder {
     bool has(const Scene& scene, const LightSample& sample) const;  // a volume of this very position
     void write(const Scene& scene, const Cells& cells, const LightSample& sample,
                const DensityVolume& volume) const;
-    // Density of one component, [patch][channel]. Throws Error: missing, or of other settings.
-    std::vector<float> read_density(const Scene& scene, const Cells& cells, const LightSample& sample,
-                                    Component component) const;
+    // One component of a volume. Throws Error: missing, or of other settings.
+    DensityVolume::PerComponent read(const Scene& scene, const Cells& cells, const LightSample& sample,
+                                     Component component) const;
     EnergyAccount read_account(const Scene& scene, const LightSample& sample) const;
 
     // Changes run.json, one process at a time: parts of a farm may end at once.

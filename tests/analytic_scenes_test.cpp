@@ -43,11 +43,7 @@ Baked bake(const Scene& scene) {
         baked.positions.push_back(sample.position);
         baked.volumes.push_back(trace_density(scene, caster, baked.cells, surface, sample));
     }
-    const auto read = [&](std::size_t sample) {
-        std::vector<float> values;
-        for (const Rgb& e : baked.of(sample).density) values.insert(values.end(), {e.x, e.y, e.z});
-        return values;
-    };
+    const auto read = [&](std::size_t sample) { return baked.of(sample); };
     baked.fit = fit_box(baked.box, baked.positions, scene.bake.degree, baked.cells.patches.size(), read, {});
     return baked;
 }
@@ -57,9 +53,9 @@ Baked bake(const Scene& scene) {
 std::vector<std::vector<double>> influence_of(const Baked& baked) {
     const std::size_t samples = baked.positions.size();
     const auto one_at = [&](std::size_t sample) {
-        std::vector<float> values(samples * 3, 0.0f);
-        std::fill_n(values.begin() + std::ptrdiff_t(3 * sample), 3, 1.0f);
-        return values;
+        DensityVolume::PerComponent volume{std::vector<Rgb>(samples, Rgb(0)), {}};
+        volume.density[sample] = Rgb(1);
+        return volume;
     };
     const BoxFit fit = fit_box(baked.box, baked.positions, 3, samples, one_at, {});
     const std::size_t terms = fit.polynomials.terms.size();

@@ -34,6 +34,14 @@ std::vector<double> random_cubics(std::size_t patches, const std::vector<int>& t
     return a;
 }
 
+DensityVolume::PerComponent volume_of(const std::vector<float>& channels, float variance = 0) {
+    DensityVolume::PerComponent volume;
+    for (std::size_t i = 0; i < channels.size(); i += 3)
+        volume.density.emplace_back(channels[i], channels[i + 1], channels[i + 2]);
+    volume.variance.assign(volume.density.size(), variance);
+    return volume;
+}
+
 VolumeReader volumes_of(const std::vector<double>& a, const MapBox& box, const std::vector<Vec3>& positions) {
     return [&a, &box, &positions](std::size_t sample) {
         const auto m = monomials(box.normalised(Vec3d(positions[sample])));
@@ -44,7 +52,7 @@ VolumeReader volumes_of(const std::vector<double>& a, const MapBox& box, const s
                 sum += a[(i / 3 * kTermCount + t) * 3 + i % 3] * m[t];
             values[i] = float(sum);
         }
-        return values;
+        return volume_of(values);
     };
 }
 
@@ -129,7 +137,7 @@ TEST(FitBox, RepeatedAndSinglePositions) {
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
     const std::vector<Vec3> same(5, Vec3(0.5f));
-    const auto seven = [](std::size_t) { return std::vector<float>{7, 7, 7}; };
+    const auto seven = [](std::size_t) { return volume_of({7, 7, 7}); };
     const BoxFit fit = fit_box(box, same, 3, 1, seven, {});
     EXPECT_EQ(fit.statistics.rank, 1);
     EXPECT_EQ(fit.statistics.samples, 5);
@@ -155,20 +163,40 @@ TEST(FitBox, ResidualOfNoise) {
     constexpr int kSamples = 100;
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
-    const auto noise = [](std::size_t sample) { return gaussian(3 * kPatches, sample); };
+    const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
     const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), 3, kPatches, noise, {});
     Mean squares;
     for (const float r : fit.polynomials.residuals) squares.add(double(r) * r);
     expect_mean(squares, 1 - 20.0 / kSamples);
 }
 
-Neighbourhoods one_neighbourhood(std::size_t patches) {
-    Neighbourhoods shared;
-    std::vector<uint32_t> all(patches);
-    for (std::size_t p = 0; p < patches; ++p) all[p] = uint32_t(p);
-    shared.of.assign(patches, all);
-    shared.area.assign(patches, 1);
-    return shared;
+// A lamp on a line or in a plane: 4 or 10 terms are stored, a fifth or half of 20, and take up 4/M or 10/M of
+// the noise.
+TEST(FitBox, LineAndPlaneKeepTheirTermsOnly) {
+    constexpr std::size_t kPatches = 200;
+    constexpr int kSamples = 100;
+    const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
+    for (const auto& [highest, terms] : {std::pair{Vec3(1, 0, 0), 4}, std::pair{Vec3(1, 0, 1), 10}}) {
+        const Box3 domain(Vec3(0), highest);
+        const MapBox box = split_domain(domain, Index3(1))[0];
+        const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), 3, kPatches, noise, {});
+        EXPECT_EQ(fit.statistics.rank, terms);
+        EXPECT_EQ(fit.polynomials.coefficients.size(), kPatches * std::size_t(terms) * 3);
+        Mean squares;
+        for (const float r : fit.polynomials.residuals) squares.add(double(r) * r);
+        expect_mean(squares, 1 - double(terms) / kSamples);
+    }
+}
+
+// A cube of cells; those at its corners have 8 patches around them, themselves among these.
+Neighbourhoods one_neighbourhood(int side) {
+    Cells cells;
+    cells.grid.size = Index3(side);
+    for (int x = 0; x < side; ++x)
+        for (int y = 0; y < side; ++y)
+            for (int z = 0; z < side; ++z) cells.patches.push_back({{x, y, z}, 0, 1, Vec3(0)});
+    cells.index = PatchIndex(cells.grid, cells.patches);
+    return {cells, false};
 }
 
 // Sum of squares of what the fit leaves besides the constant.
@@ -180,18 +208,18 @@ double movement(const Polynomials& p) {
     return sum;
 }
 
-// Noise alone: tau² is estimated from n = 27 patches × 3 channels × at least 3 terms, so it stays below
-// sigma² · 5 sqrt(2/n), and the factor below 0.45 in amplitude for degree 1, less for the others.
+// Noise alone: tau² is estimated from n = 8 patches at least × 3 channels × at least 3 terms, so it stays
+// below sigma² · 5 sqrt(2/n), and the factor below 0.46 in amplitude for degree 1, less for the others.
 TEST(FitBox, PureNoiseIsShrunk) {
     constexpr std::size_t kPatches = 27;
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, 100, 100);
-    const auto noise = [](std::size_t sample) { return gaussian(3 * kPatches, sample); };
+    const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
     const double plain = movement(fit_box(box, positions, 3, kPatches, noise, {}).polynomials);
     const double shrunk =
-        movement(fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(kPatches)).polynomials);
-    EXPECT_LT(shrunk, 0.45 * 0.45 * plain);
+        movement(fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(3)).polynomials);
+    EXPECT_LT(shrunk, 0.46 * 0.46 * plain);
 }
 
 // A clear signal is kept: shrinkage by less than noise² / (M · signal²) per orthonormal term.
@@ -204,12 +232,12 @@ TEST(FitBox, SignalIsKept) {
     const VolumeReader exact = volumes_of(a, box, positions);
     const VolumeReader noisy = [&](std::size_t sample) {
         auto values = exact(sample);
-        const auto noise = gaussian(values.size(), sample);
-        for (std::size_t i = 0; i < values.size(); ++i) values[i] += 1e-2f * noise[i];
+        const auto noise = gaussian(3 * values.density.size(), sample);
+        for (std::size_t i = 0; i < noise.size(); ++i) values.density[i / 3][int(i % 3)] += 1e-2f * noise[i];
         return values;
     };
     const BoxFit plain = fit_box(box, positions, 3, kPatches, noisy, {});
-    const BoxFit shrunk = fit_box(box, positions, 3, kPatches, noisy, one_neighbourhood(kPatches));
+    const BoxFit shrunk = fit_box(box, positions, 3, kPatches, noisy, one_neighbourhood(3));
     // Per orthonormal term the signal's power is at least M/100 of the coefficients' 1/3: the factor differs
     // from 1 by less than 1e-4 · 300 / M = 3e-4.
     for (std::size_t i = 0; i < plain.polynomials.coefficients.size(); ++i)
@@ -222,25 +250,12 @@ TEST(FitBox, SameBytesAtAnyThreadCount) {
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, 70, 70);
-    const auto noise = [](std::size_t sample) { return gaussian(3 * kPatches, sample); };
+    const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
     const auto fit_with = [&](int threads) {
         const ThreadLimit limit(threads);
-        return fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(0)).polynomials.coefficients;
+        return fit_box(box, positions, 3, kPatches, noise, Neighbourhoods()).polynomials.coefficients;
     };
     EXPECT_EQ(fit_with(1), fit_with(4));
-}
-
-TEST(Neighbourhoods, SameFacingInTheCellsAround) {
-    CellGrid grid;
-    grid.size = Index3(4);
-    std::vector<Patch> patches;
-    for (int x = 0; x < 4; ++x) patches.push_back({{x, 1, 1}, 2, float(x + 1), Vec3(0)});
-    patches.push_back({{3, 1, 1}, 4, 9, Vec3(0)});
-    const Neighbourhoods shared = neighbourhoods(PatchIndex(grid, patches), patches);
-    EXPECT_EQ(shared.of[0], (std::vector<uint32_t>{0, 1}));
-    EXPECT_EQ(shared.of[2], (std::vector<uint32_t>{1, 2, 3}));
-    EXPECT_EQ(shared.of[4], (std::vector<uint32_t>{4}));
-    EXPECT_EQ(shared.area, (std::vector<float>{1, 2, 3, 4, 9}));
 }
 
 }  // namespace

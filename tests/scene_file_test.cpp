@@ -53,6 +53,7 @@ TEST_F(SceneFile, Defaults) {
     EXPECT_EQ(scene.bake.degree, 3);
     EXPECT_EQ(scene.bake.store, Store::incident);
     EXPECT_TRUE(scene.bake.shrinkage);
+    EXPECT_FALSE(read("[bake]\nshrinkage = false\n" + kScene + kLight).bake.shrinkage);
     EXPECT_EQ(scene.bake.seed, 1u);
     ASSERT_EQ(scene.lights.size(), 1u);
     EXPECT_FALSE(scene.lights[0].rectangle());
@@ -302,7 +303,7 @@ TEST_F(SceneFile, ThesisPreset) {
          {std::string(), std::string("[grid]\ncells = 30\n"), std::string("[bake]\nphotons = 500\n"),
           std::string("[grid]\ncells = 30\n[bake]\nphotons = 500\nrobust = \"auto\"\n"),
           std::string("[grid]\nfacings = true\nestimator = \"area\"\n[bake]\nstore = \"incident\"\n"
-                      "components = [\"indirect\"]\ndegree = 1\n")}) {
+                      "components = [\"indirect\"]\ndegree = 1\nshrinkage = true\n")}) {
         const Scene scene = read("preset = \"thesis\"\n" + kScene + kLight +
                                  "domain = { min = [0,0,0], max = [1,1,1] }\nboxes = [2, 2, 2]\n" + more);
         EXPECT_FALSE(scene.grid.facings);

@@ -49,7 +49,7 @@ struct BakeSettings {
     int degree = 3;
     Robust robust = Robust::automatic;
     Store store = Store::incident;
-    bool shrinkage = true;   // of what noise hides (see fit.h); false: plain least squares (the thesis)
+    bool shrinkage = true;  // and filter, by known noise (see fit.h); false: plain least squares (the thesis)
     bool mend_signs = true;  // negative values of a polynomial are seen as 0; false: as they are (the thesis)
     uint64_t seed = 1;
 };

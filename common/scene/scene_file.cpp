@@ -265,6 +265,7 @@ class DescriptionReader {
         if (!scene_.choices.degree) bake.degree = int(table.integer("degree", bake.degree, 0, 3));
         bake.robust = Robust(table.has("robust") ? table.choice("robust", {"off", "auto", "always"}) : 1);
         bake.store = Store(table.has("store") ? table.choice("store", {"incident", "absorbed"}) : 0);
+        bake.shrinkage = table.flag("shrinkage", true);
         bake.seed = uint64_t(table.integer("seed", 1, 0, INT64_MAX));
         if (table.has("components")) read_components(table);
         if (bake.robust == Robust::always)
@@ -323,10 +324,10 @@ class DescriptionReader {
         set(scene_.bake.degree, 3, "bake", "degree");
         set(scene_.bake.robust, Robust::off, "bake", "robust");
         set(scene_.bake.store, Store::absorbed, "bake", "store");
+        set(scene_.bake.shrinkage, false, "bake", "shrinkage");
         set(scene_.bake.components, std::vector{Component::direct, Component::indirect}, "bake",
             "components");
         scene_.grid.reachable_area_only = false;
-        scene_.bake.shrinkage = false;
         scene_.bake.mend_signs = false;
         for (Light& light : scene_.lights) {
             if (light.boxes != Index3(1)) overruled.push_back(fmt::format("boxes of '{}'", light.name));
@@ -421,11 +422,11 @@ std::string text_of(const toml::table& root) {
 
 std::string table_of_setting(const std::string& key) {
     static const std::map<std::string, std::string> tables{
-        {"photons", "bake"},       {"components", "bake"}, {"degree", "bake"}, {"robust", "bake"},
-        {"store", "bake"},         {"seed", "bake"},       {"cells", "grid"},  {"cell_size", "grid"},
-        {"facings", "grid"},       {"estimator", "grid"},  {"radius", "grid"}, {"bounds", "grid"},
-        {"reach_photons", "grid"}, {"samples", "light"},   {"boxes", "light"}, {"target_error", "bake"},
-        {"time_budget", "bake"}};
+        {"photons", "bake"},      {"components", "bake"},    {"degree", "bake"},    {"robust", "bake"},
+        {"store", "bake"},        {"shrinkage", "bake"},     {"seed", "bake"},      {"cells", "grid"},
+        {"cell_size", "grid"},    {"facings", "grid"},       {"estimator", "grid"}, {"radius", "grid"},
+        {"bounds", "grid"},       {"reach_photons", "grid"}, {"samples", "light"},  {"boxes", "light"},
+        {"target_error", "bake"}, {"time_budget", "bake"}};
     const auto found = tables.find(key);
     if (found != tables.end()) return found->second;
     std::string all;
