@@ -126,7 +126,7 @@ class Chooser {
         const Vec3 size = region.size();
         if (scene_.choices.cells) {
             grid_ = search.search(
-                double(std::max({size.x, size.y, size.z})),
+                double(std::max({size.x, size.y, size.z})), first_cells(),
                 [&](const GridFigures& f) { return grid_cost(f); }, go_on);
             settings_.push_back({"cell_size", fmt::format("{:.17g}", grid_.cell_size)});
             settings_.push_back({"reach_photons", std::to_string(scene_.grid.reach_photons)});
@@ -145,9 +145,15 @@ class Chooser {
             std::clamp(std::bit_floor(affordable), uint64_t{1} << 20, GridSettings{}.reach_photons);
     }
 
+    // Along the longest side. Noise goes with one over the cells' area, the grid's error with their size or
+    // so: the best size goes with the fourth root of the photons.
+    double first_cells() const {
+        return has_budget() ? 22 * std::pow(std::max(1.0, 0.6e-6 * budget() / photon_seconds_), 0.25) : 22;
+    }
+
     // For the first grid: with a budget, a twentieth of the time at most.
     uint64_t first_photons() const {
-        constexpr double kEnough = 1 << 17;
+        constexpr double kEnough = 1 << 14;
         if (!has_budget()) return uint64_t(kEnough);
         const double volumes = 2.0 * held_out_->positions() * double(scene_.lights.size());
         return uint64_t(std::clamp(0.05 * budget() / photon_seconds_ / volumes, 2048.0, kEnough));

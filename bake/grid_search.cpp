@@ -13,9 +13,9 @@
 namespace pim {
 namespace {
 
-constexpr int kOwn = 1 << 18;  // numbers of lamp positions that no bake uses
-constexpr int kFirstCells = 22, kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 22;    // per lamp, position and half
+constexpr int kOwn = 1 << 18;                       // numbers of lamp positions that no bake uses
+constexpr int kFewestCells = 4, kMostCells = 2048;  // along the longest side
+constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 22;  // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
@@ -78,8 +78,9 @@ std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int hal
     return values;
 }
 
-GridFigures GridSearch::search(double longest_side, const Cost& cost, const std::function<bool()>& go_on) {
-    const auto size_at = [&](double steps) { return longest_side / (kFirstCells * std::exp2(0.5 * steps)); };
+GridFigures GridSearch::search(double longest_side, double first_cells, const Cost& cost,
+                               const std::function<bool()>& go_on) {
+    const auto size_at = [&](double steps) { return longest_side / (first_cells * std::exp2(0.5 * steps)); };
     const auto allowed = [&](double steps) {
         const double cells = longest_side / size_at(steps);
         if (cells < kFewestCells || cells > kMostCells) return false;

@@ -25,10 +25,12 @@ class GridSearch {
     // By size; measured once each.
     const GridFigures& measure(double cell_size);
 
-    // From a middle size, finer or coarser as the cost falls, in steps of two and then of sqrt(2). Costs may
-    // be infinite. `go_on` says whether there is time for another, some times as long as the last.
+    // From so many cells along the longest side, finer or coarser as the cost falls, in steps of two and then
+    // of sqrt(2). Costs may be infinite. `go_on` says whether there is time for another, some times as long
+    // as the last.
     using Cost = std::function<double(const GridFigures&)>;
-    GridFigures search(double longest_side, const Cost& cost, const std::function<bool()>& go_on);
+    GridFigures search(double longest_side, double first_cells, const Cost& cost,
+                       const std::function<bool()>& go_on);
 
   private:
     uint64_t photons_for(double cell_size) const;

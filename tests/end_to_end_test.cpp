@@ -178,7 +178,7 @@ TEST(EndToEnd, AnInterruptedChoiceIsMadeAgain) {
     if (child == 0) {
         const std::string bake = std::string(PIM_BIN) + "/bake";
         execl(bake.c_str(), "bake", "run", scene.c_str(), "-o", map.c_str(), "--target-error", "0.05",
-              "--quiet", nullptr);
+              "--set", "cells=12", "--quiet", nullptr);
         _exit(127);
     }
     for (int i = 0; i < 6000 && !fs::exists(map + ".work/lamp.000003.vdb"); ++i)
