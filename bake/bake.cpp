@@ -136,6 +136,7 @@ class Bake {
         map.grid = cells_.grid;
         map.patches = cells_.patches;
         map.index = cells_.index;
+        map.sight = cells_.sight;
         map.grey = is_grey(scene_);
         map.mend_signs = scene_.bake.mend_signs;
         map.components = scene_.bake.components;

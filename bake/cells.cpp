@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/sight_lines.h"
+
 namespace pim {
 namespace {
 
@@ -146,6 +148,13 @@ void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, 
     cells.split.resize(kept);
 }
 
+std::vector<Fragment> counted_fragments(const Cells& cells, const std::vector<Fragment>& fragments) {
+    std::vector<Fragment> counted;
+    std::ranges::copy_if(fragments, std::back_inserter(counted),
+                         [&](const Fragment& f) { return !cells.is_left_out(f.key); });
+    return counted;
+}
+
 }  // namespace
 
 bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
@@ -178,6 +187,8 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
     cells.index = PatchIndex(cells.grid, cells.patches);
+    if (cells.grid.facings)
+        cells.sight = find_sight(scene, caster, cells, counted_fragments(cells, fragments));
     return cells;
 }
 

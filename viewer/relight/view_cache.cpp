@@ -5,6 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
 
 namespace pim {
@@ -15,14 +16,29 @@ struct Stencil {
     std::vector<StencilEntry> entries;
     std::vector<uint32_t> patches;
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
+    bool sees_all = true;          // from wherever in it
+    uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
+    Stencil* same = nullptr;       // the one to use in its place, if any
 };
+
+using UnseenByFacing = std::array<Unseen, kFacingCount>;
+
+// A bit for each axis whose facing is that of a patch behind.
+int layers_behind(const IlluminationMap& map, const std::array<int, kFacingCount>& patches) {
+    int behind = 0;
+    for (std::size_t k = 0; k < kFacingCount; ++k)
+        if (patches[k] >= 0 && map.patches[std::size_t(patches[k])].slot >= kFacingCount)
+            behind |= 1 << k / 2;
+    return behind;
+}
 
 class StencilMaker {
   public:
     StencilMaker(const IlluminationMap& map, const Index3& low) : map_(map), low_(low) {}
 
-    Stencil make(int mask) {
+    Stencil make(int mask, const UnseenByFacing& unseen) {
         for (int k = 0; k < kFacingCount; ++k) {
+            unseen_ = unseen[std::size_t(k)];
             if (!(mask >> k & 1)) continue;
             const std::size_t before = stencil_.entries.size();
             for (int corner = 0; corner < 8; ++corner) add_cell(corner, k);
@@ -37,15 +53,17 @@ class StencilMaker {
         const auto* patches = map_.index.find_cell(low_ + step);
         if (!patches) return;
         const int front = (*patches)[facing], behind = (*patches)[facing + kFacingCount];
-        if (front >= 0) add(front, step, facing, behind >= 0);
-        if (behind >= 0) add(behind, step, facing, false);
+        if (front >= 0) add(front, step, facing, behind >= 0, unseen_ >> corner & 1);
+        if (behind >= 0) add(behind, step, facing, false, unseen_ >> (corner + kCornerCount) & 1);
+        if (front >= 0 && behind >= 0) stencil_.layered |= uint8_t(1 << corner);
     }
-    void add(int patch, const Index3& step, int facing, bool is_paired) {
+    void add(int patch, const Index3& step, int facing, bool is_paired, bool is_unseen) {
         const Patch& p = map_.patches[std::size_t(patch)];
+        stencil_.sees_all = stencil_.sees_all && map_.sight.sees_all(std::size_t(patch));
         const Vec3 centre = p.centre / float(map_.grid.cell_size) + Vec3(step);
         stencil_.entries.push_back({{float(step.x), float(step.y), float(step.z)},
                                     {centre.x, centre.y, centre.z},
-                                    p.area,
+                                    is_unseen ? p.area * kUnseenFactor : p.area,
                                     map_.grid.facings ? facing / 2 : -1,
                                     false,
                                     is_paired});
@@ -54,6 +72,7 @@ class StencilMaker {
 
     const IlluminationMap& map_;
     Index3 low_;
+    Unseen unseen_ = 0;
     Stencil stencil_;
 };
 
@@ -228,7 +247,9 @@ class TileBuilder {
         const Index3& size = view_.map_.grid.size;
         const bool outside =
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
-        const uint32_t group = outside ? group_of(Index3(-1), 0) : group_of(low, mask);
+        const float* row = &scratch_.rows[std::size_t(slot / kLanes) * kLocatedRows * kLanes + slot % kLanes];
+        const uint32_t group =
+            group_of(outside ? stencil_of(Index3(-1), 0, row) : stencil_of(low, mask, row));
         if (scratch_.counts[group]++ == 0)
             scratch_.factors[group] = factor;
         else if (factor != scratch_.factors[group])
@@ -236,17 +257,49 @@ class TileBuilder {
         scratch_.points.push_back({slot, group, factor, pixel_});
     }
 
-    uint32_t group_of(const Index3& low, int mask) {
+    // `row`: of the point, see kLocatedRows.
+    Stencil& stencil_of(const Index3& low, int mask, const float* row) {
         const uint64_t key = uint64_t(low.x + 2) | uint64_t(low.y + 2) << 16 | uint64_t(low.z + 2) << 32 |
                              uint64_t(mask) << 48;
-        if (key == last_key_) return last_group_;
-        last_key_ = key;
+        const auto make = [&] { return StencilMaker(view_.map_, low).make(mask, {}); };
+        if (key != last_key_) {
+            last_key_ = key;
+            last_ = &find(key, make);
+        }
+        return last_->sees_all ? *last_ : stencil_at(*last_, key, low, mask, row);
+    }
+
+    // Where not all is seen from everywhere: what is, from that part of the cell and from its layers there.
+    Stencil& stencil_at(Stencil& all, uint64_t key, const Index3& low, int mask, const float* row) {
+        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
+            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        const Home home = home_of(place, normal);
+        const int halves = (home.part & 1) | (home.part >> 1 & 2) | (home.part >> 2 & 4);
+        int layers = 0;
+        if (all.layered >> home.corner & 1)
+            layers = layers_behind(view_.map_, patches_at(view_.map_, low, place, normal, mask));
+        const int variant = 8 | home.corner | halves << 4 | layers << 7;  // never 0
+        Stencil& found = find(key | uint64_t(variant) << 54, [&] {
+            const UnseenByFacing unseen = unseen_from(view_.map_, low, place, normal, mask);
+            if (unseen != UnseenByFacing{}) return StencilMaker(view_.map_, low).make(mask, unseen);
+            Stencil open;
+            open.same = &all;
+            return open;
+        });
+        return found.same ? *found.same : found;
+    }
+
+    template <class Make>
+    Stencil& find(uint64_t key, Make make) {
         Recent& recent = recent_[(key * 0x9e3779b97f4a7c15ull) >> 56];
-        if (recent.key == key) return last_group_ = recent.group;
-        recent.key = key;
+        if (recent.key == key) return *recent.stencil;
         const auto [found, is_new] = scratch_.stencils.try_emplace(key);
-        Stencil& stencil = found->second;
-        if (is_new) stencil = StencilMaker(view_.map_, low).make(mask);
+        if (is_new) found->second = make();
+        recent = {key, &found->second};
+        return found->second;
+    }
+
+    uint32_t group_of(Stencil& stencil) {
         if (stencil.tile != scratch_.tile) {
             stencil.tile = scratch_.tile;
             stencil.group = uint32_t(scratch_.groups.size());
@@ -255,7 +308,7 @@ class TileBuilder {
             scratch_.factors.emplace_back(0.0f);
             scratch_.mixed.push_back(false);
         }
-        return last_group_ = recent.group = stencil.group;
+        return stencil.group;
     }
 
     // From points in order of pixels to blocks in order of groups.
@@ -350,11 +403,11 @@ class TileBuilder {
     // Stencils that this tile has met, found without the thread's large table.
     struct Recent {
         uint64_t key = ~uint64_t{0};
-        uint32_t group = 0;
+        Stencil* stencil = nullptr;
     };
     std::array<Recent, 256> recent_;
     uint64_t last_key_ = ~uint64_t{0};
-    uint32_t last_group_ = 0;
+    Stencil* last_ = nullptr;
 };
 
 ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
