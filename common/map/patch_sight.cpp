@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <tuple>
 
 namespace pim {
@@ -69,9 +68,10 @@ std::vector<PatchSight::Entry> PatchSight::entries() const {
 Home home_of(const Vec3& place, const Vec3& normal) {
     Home home{0, 0};
     for (int axis = 0; axis < 3; ++axis) {
-        const float from_corner = place[axis] + 0.5f + kShift * normal[axis];
+        const float from_corner =  // positive
+            place[axis] + 0.5f + kShift * normal[axis];
         const int upper = from_corner >= 1;
-        const int fine = int(std::floor(from_corner * kFinePerCell)) - kFinePerCell * upper;
+        const int fine = int(from_corner * kFinePerCell) - kFinePerCell * upper;
         // The half of the cell that lies towards the other seven.
         const int half = kFinePerCell / 2, first = upper ? 0 : half;
         home.corner |= upper << axis;

@@ -16,12 +16,11 @@ struct Stencil {
     std::vector<StencilEntry> entries;
     std::vector<uint32_t> patches;
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
-    bool sees_all = true;          // from wherever in it
+    bool sees_all = true;          // all of it from wherever in it
     uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
-    Stencil* same = nullptr;       // the one to use in its place, if any
 };
 
-using UnseenByFacing = std::array<Unseen, kFacingCount>;
+using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
 
 // A bit for each axis whose facing is that of a patch behind.
 int layers_behind(const IlluminationMap& map, const std::array<int, kFacingCount>& patches) {
@@ -36,9 +35,8 @@ class StencilMaker {
   public:
     StencilMaker(const IlluminationMap& map, const Index3& low) : map_(map), low_(low) {}
 
-    Stencil make(int mask, const UnseenByFacing& unseen) {
+    Stencil make(int mask) {
         for (int k = 0; k < kFacingCount; ++k) {
-            unseen_ = unseen[std::size_t(k)];
             if (!(mask >> k & 1)) continue;
             const std::size_t before = stencil_.entries.size();
             for (int corner = 0; corner < 8; ++corner) add_cell(corner, k);
@@ -53,26 +51,26 @@ class StencilMaker {
         const auto* patches = map_.index.find_cell(low_ + step);
         if (!patches) return;
         const int front = (*patches)[facing], behind = (*patches)[facing + kFacingCount];
-        if (front >= 0) add(front, step, facing, behind >= 0, unseen_ >> corner & 1);
-        if (behind >= 0) add(behind, step, facing, false, unseen_ >> (corner + kCornerCount) & 1);
+        if (front >= 0) add(front, step, facing, behind >= 0, corner);
+        if (behind >= 0) add(behind, step, facing, false, corner + kCornerCount);
         if (front >= 0 && behind >= 0) stencil_.layered |= uint8_t(1 << corner);
     }
-    void add(int patch, const Index3& step, int facing, bool is_paired, bool is_unseen) {
+    void add(int patch, const Index3& step, int facing, bool is_paired, int bit) {
         const Patch& p = map_.patches[std::size_t(patch)];
         stencil_.sees_all = stencil_.sees_all && map_.sight.sees_all(std::size_t(patch));
         const Vec3 centre = p.centre / float(map_.grid.cell_size) + Vec3(step);
         stencil_.entries.push_back({{float(step.x), float(step.y), float(step.z)},
                                     {centre.x, centre.y, centre.z},
-                                    is_unseen ? p.area * kUnseenFactor : p.area,
+                                    p.area,
                                     map_.grid.facings ? facing / 2 : -1,
                                     false,
-                                    is_paired});
+                                    is_paired,
+                                    bit});
         stencil_.patches.push_back(uint32_t(patch));
     }
 
     const IlluminationMap& map_;
     Index3 low_;
-    Unseen unseen_ = 0;
     Stencil stencil_;
 };
 
@@ -81,6 +79,7 @@ struct Point {
     uint32_t group;
     Rgb factor;
     uint16_t pixel;
+    UnseenByAxis unseen;
 };
 
 // What a thread keeps from tile to tile.
@@ -107,6 +106,8 @@ std::size_t ViewTile::bytes() const {
     return weights.size() * sizeof(Weight) + (factors.size() + surfaces.size() + patches.size()) * 4 +
            pixels.size() * 2 + groups.size() * sizeof(PointGroup) + segments.size() * sizeof(Segment);
 }
+
+static_assert(kUnseenWeight == kUnseenFactor);
 
 class TileBuilder {
   public:
@@ -166,7 +167,8 @@ class TileBuilder {
             const Rgb factor = primary_factor(packet, lane);
             if (is_black(factor)) continue;
             const Index3 low(cells[lane], cells[kLanes + lane], cells[2 * kLanes + lane]);
-            add_point(block * kLanes + uint32_t(lane), low, cells[3 * kLanes + lane], factor);
+            add_point(block * kLanes + uint32_t(lane), low, cells[3 * kLanes + lane],
+                      cells[4 * kLanes + lane], factor);
         }
     }
 
@@ -240,63 +242,59 @@ class TileBuilder {
         const FacingWeights facing = facing_weights(view_.map_.grid, s.shading_normal);
         int mask = 0;
         for (int k = 0; k < kFacingCount; ++k) mask |= int(facing.weight[k] > 0) << k;
-        add_point(scratch_.spare_block * kLanes + lane, low, mask, factor);
+        const Vec3 place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        const Home home = home_of(place, s.shading_normal);
+        const int odd = (home.part & 1) | (home.part >> 1 & 2) | (home.part >> 2 & 4);
+        add_point(scratch_.spare_block * kLanes + lane, low, mask, home.corner | odd << 3, factor);
     }
 
-    void add_point(uint32_t slot, const Index3& low, int mask, const Rgb& factor) {
+    void add_point(uint32_t slot, const Index3& low, int mask, int home, const Rgb& factor) {
         const Index3& size = view_.map_.grid.size;
         const bool outside =
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
         const float* row = &scratch_.rows[std::size_t(slot / kLanes) * kLocatedRows * kLanes + slot % kLanes];
-        const uint32_t group =
-            group_of(outside ? stencil_of(Index3(-1), 0, row) : stencil_of(low, mask, row));
+        Stencil& stencil = outside ? stencil_of(Index3(-1), 0) : stencil_of(low, mask);
+        const UnseenByAxis unseen =
+            stencil.sees_all ? UnseenByAxis{} : unseen_at(stencil, low, mask, home, row);
+        const uint32_t group = group_of(stencil);
         if (scratch_.counts[group]++ == 0)
             scratch_.factors[group] = factor;
         else if (factor != scratch_.factors[group])
             scratch_.mixed[group] = true;
-        scratch_.points.push_back({slot, group, factor, pixel_});
+        scratch_.points.push_back({slot, group, factor, pixel_, unseen});
     }
 
-    // `row`: of the point, see kLocatedRows.
-    Stencil& stencil_of(const Index3& low, int mask, const float* row) {
+    Stencil& stencil_of(const Index3& low, int mask) {
         const uint64_t key = uint64_t(low.x + 2) | uint64_t(low.y + 2) << 16 | uint64_t(low.z + 2) << 32 |
                              uint64_t(mask) << 48;
-        const auto make = [&] { return StencilMaker(view_.map_, low).make(mask, {}); };
-        if (key != last_key_) {
-            last_key_ = key;
-            last_ = &find(key, make);
-        }
-        return last_->sees_all ? *last_ : stencil_at(*last_, key, low, mask, row);
-    }
-
-    // Where not all is seen from everywhere: what is, from that part of the cell and from its layers there.
-    Stencil& stencil_at(Stencil& all, uint64_t key, const Index3& low, int mask, const float* row) {
-        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
-            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
-        const Home home = home_of(place, normal);
-        const int halves = (home.part & 1) | (home.part >> 1 & 2) | (home.part >> 2 & 4);
-        int layers = 0;
-        if (all.layered >> home.corner & 1)
-            layers = layers_behind(view_.map_, patches_at(view_.map_, low, place, normal, mask));
-        const int variant = 8 | home.corner | halves << 4 | layers << 7;  // never 0
-        Stencil& found = find(key | uint64_t(variant) << 54, [&] {
-            const UnseenByFacing unseen = unseen_from(view_.map_, low, place, normal, mask);
-            if (unseen != UnseenByFacing{}) return StencilMaker(view_.map_, low).make(mask, unseen);
-            Stencil open;
-            open.same = &all;
-            return open;
-        });
-        return found.same ? *found.same : found;
-    }
-
-    template <class Make>
-    Stencil& find(uint64_t key, Make make) {
+        if (key == last_key_) return *last_stencil_;
+        last_key_ = key;
         Recent& recent = recent_[(key * 0x9e3779b97f4a7c15ull) >> 56];
-        if (recent.key == key) return *recent.stencil;
+        if (recent.key == key) return *(last_stencil_ = recent.stencil);
         const auto [found, is_new] = scratch_.stencils.try_emplace(key);
-        if (is_new) found->second = make();
+        if (is_new) found->second = StencilMaker(view_.map_, low).make(mask);
         recent = {key, &found->second};
-        return found->second;
+        return *(last_stencil_ = recent.stencil);
+    }
+
+    // What the point that was just given a stencil does not see: the same all over a part of a cell and one
+    // of its layers. `home`, `row`: see kCellRows, kLocatedRows.
+    UnseenByAxis unseen_at(const Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
+        const auto normal = [&] { return Vec3(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]); };
+        const auto place = [&] { return Vec3(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]); };
+        uint64_t key = last_key_ | uint64_t(home) << 54;
+        if (stencil.layered >> (home & 7) & 1)
+            key |= uint64_t(layers_behind(view_.map_, patches_at(view_.map_, low, place(), normal(), mask)))
+                   << 60;
+        if (key == last_part_key_) return last_unseen_;
+        last_part_key_ = key;
+        RecentPart& recent = recent_parts_[(key * 0x9e3779b97f4a7c15ull) >> 56];
+        if (recent.key != key) {
+            recent = {key, {}};
+            const auto unseen = unseen_from(view_.map_, low, place(), normal(), mask);
+            for (std::size_t k = 0; k < kFacingCount; ++k) recent.unseen[k / 2] |= unseen[k];
+        }
+        return last_unseen_ = recent.unseen;
     }
 
     uint32_t group_of(Stencil& stencil) {
@@ -372,6 +370,7 @@ class TileBuilder {
             for (int c = 0; c < 3; ++c) {
                 place[c * kLanes] = from[(9 + c) * kLanes];
                 place[(3 + c) * kLanes] = from[(3 + c) * kLanes];
+                place[(6 + c) * kLanes] = p.unseen[std::size_t(c)];
             }
             if (!options_.surfaces) continue;
             float* surface = &tile_.surfaces[std::size_t(block) * kSurfaceRows * kLanes + lane];
@@ -407,7 +406,14 @@ class TileBuilder {
     };
     std::array<Recent, 256> recent_;
     uint64_t last_key_ = ~uint64_t{0};
-    Stencil* last_ = nullptr;
+    Stencil* last_stencil_ = nullptr;
+    struct RecentPart {
+        uint64_t key = ~uint64_t{0};
+        UnseenByAxis unseen{};
+    };
+    std::array<RecentPart, 256> recent_parts_;
+    uint64_t last_part_key_ = ~uint64_t{0};
+    UnseenByAxis last_unseen_{};
 };
 
 ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
