@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/sight_lines.h"
+
 namespace pim {
 namespace {
 
@@ -146,6 +148,13 @@ void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, 
     cells.split.resize(kept);
 }
 
+std::vector<Fragment> counted_fragments(const Cells& cells, const std::vector<Fragment>& fragments) {
+    std::vector<Fragment> counted;
+    std::ranges::copy_if(fragments, std::back_inserter(counted),
+                         [&](const Fragment& f) { return !cells.is_left_out(f.key); });
+    return counted;
+}
+
 }  // namespace
 
 bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
@@ -161,6 +170,7 @@ IlluminationMap map_without_lights(const Cells& cells) {
     map.grid = cells.grid;
     map.patches = cells.patches;
     map.index = cells.index;
+    map.sight = cells.sight;
     return map;
 }
 
@@ -185,6 +195,8 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
     cells.index = PatchIndex(cells.grid, cells.patches);
+    if (cells.grid.facings)
+        cells.sight = find_sight(scene, caster, cells, counted_fragments(cells, fragments));
     return cells;
 }
 

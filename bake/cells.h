@@ -16,6 +16,7 @@ struct Cells {
     PatchIndex index;
     std::vector<float> split;  // per patch: places that lie less than this far in front of the cell's
                                // centre (m, along the facing) belong to the patch behind; -inf: none
+    PatchSight sight;          // everything without facings
     std::vector<FragmentKey> left_out;  // sorted
     double surface_area = 0;            // m², both sides of all surface in the grid
     double counted_area = 0;            // m², what the patches hold

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Counts up when the same settings give other volumes than before, so that old ones are not mixed in.
-constexpr int kTracerVersion = 2;
+constexpr int kTracerVersion = 3;
 
 std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
 
@@ -125,6 +125,7 @@ std::optional<Cells> WorkFolder::read_cells() const {
     cells.patches = read_patches(file, cells.grid);
     cells.index = PatchIndex(cells.grid, cells.patches);
     cells.split.resize(cells.patches.size());
+    cells.sight = read_sight(file, cells.grid, cells.index, cells.patches.size());
     const auto slots = cells_by_slot(cells.patches);
     for (int f = 0; f < kSlotCount; ++f) {
         if (slots[f].cells.empty()) continue;
@@ -152,11 +153,19 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["moved_area"] = cells.moved_area;
     m["deciding_photons"] = double(cells.deciding_photons);
     write_atomically(path_ / "cells.vdb", [&](const fs::path& temporary) {
-        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_), 3 * used_slots(cells.patches));
+        int sight_grids = 0;
+        write_sight(cells.sight, cells.patches, cells.grid,
+                    [&](const auto&, const auto&, const auto&, int) { ++sight_grids; });
+        VdbWriter writer(temporary, m, transform_of(cells.grid, origin_),
+                         3 * used_slots(cells.patches) + sight_grids);
         write_patches(cells.patches, cells.grid,
                       [&](const auto& grid, const auto& active, const auto& values, int channels) {
                           writer.add(grid, active, values, channels);
                       });
+        write_sight(cells.sight, cells.patches, cells.grid,
+                    [&](const auto& grid, const auto& voxels, const auto& values, int channels) {
+                        writer.add(grid, voxels, values, channels);
+                    });
         const auto slots = cells_by_slot(cells.patches);
         for (int f = 0; f < kSlotCount; ++f) {
             if (slots[f].cells.empty()) continue;

@@ -10,6 +10,7 @@
 
 #include "common/map/cell_grid.h"
 #include "common/map/map_box.h"
+#include "common/map/patch_sight.h"
 #include "common/map/polynomial.h"
 #include "common/scene/light.h"
 
@@ -44,6 +45,7 @@ struct IlluminationMap {
     CellGrid grid;
     std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
+    PatchSight sight;
     bool grey = false;       // one channel stands for three
     bool mend_signs = true;  // negative values of a polynomial count as 0
     std::vector<Component> components;

@@ -13,7 +13,42 @@ float plane_factor(float distance_in_cells) {
     return std::max(kLeast, t * t * (3 - 2 * t));
 }
 
+// Of the patches in front and behind, where there are both.
+int nearer_layer(const IlluminationMap& map, int front, int behind, const Vec3& from_centre,
+                 const Vec3& normal) {
+    if (front < 0 || behind < 0) return std::max(front, behind);
+    const auto distance = [&](int patch) {
+        return std::abs(normal.dot(map.patches[std::size_t(patch)].centre - from_centre));
+    };
+    return distance(front) <= distance(behind) ? front : behind;
+}
+
 }  // namespace
+
+std::array<int, kFacingCount> patches_at(const IlluminationMap& map, const Index3& low, const Vec3& place,
+                                         const Vec3& normal, int facings) {
+    std::array<int, kFacingCount> own;
+    own.fill(-1);
+    const Index3 step = home_of(place, normal).step();
+    const auto* patches = map.index.find_cell(low + step);
+    if (!patches) return own;
+    const Vec3 from_centre = (place - Vec3(step)) * float(map.grid.cell_size);
+    for (std::size_t k = 0; k < kFacingCount; ++k)
+        if (facings >> k & 1)
+            own[k] = nearer_layer(map, (*patches)[k], (*patches)[k + kFacingCount], from_centre, normal);
+    return own;
+}
+
+std::array<Unseen, kFacingCount> unseen_from(const IlluminationMap& map, const Index3& low, const Vec3& place,
+                                             const Vec3& normal, int facings) {
+    std::array<Unseen, kFacingCount> unseen{};
+    if (map.sight.sees_all()) return unseen;
+    const auto own = patches_at(map, low, place, normal, facings);
+    const int part = home_of(place, normal).part;
+    for (std::size_t k = 0; k < kFacingCount; ++k)
+        if (own[k] >= 0) unseen[k] = map.sight.unseen(std::size_t(own[k]), part, int(k));
+    return unseen;
+}
 
 void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& normal,
              std::vector<PatchShare>& shares) {
@@ -23,6 +58,9 @@ void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& norma
     const Vec3 f(place - Vec3d(low));
     shares.clear();
     std::array<float, kFacingCount> area{};
+    int facings = 0;
+    for (int k = 0; k < kFacingCount; ++k) facings |= int(facing.weight[k] > 0) << k;
+    const std::array<Unseen, kFacingCount> unseen = unseen_from(map, low, f, normal, facings);
     for (int corner = 0; corner < 8; ++corner) {
         const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
         const auto* patches = map.index.find_cell(low + step);
@@ -37,7 +75,8 @@ void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& norma
                 return normal.dot(map.patches[patch].centre - from_centre) / float(map.grid.cell_size);
             };
             const auto add = [&](int patch, float share) {
-                const float weight = t * share * map.patches[patch].area * plane_factor(distance(patch));
+                float weight = t * share * map.patches[patch].area * plane_factor(distance(patch));
+                if (unseen[k] >> (corner + (patch == front ? 0 : kCornerCount)) & 1) weight *= kUnseenFactor;
                 area[k] += weight;
                 shares.push_back({uint32_t(patch), k, weight});
             };

@@ -6,6 +6,8 @@
 
 namespace pim {
 
+inline constexpr float kUnseenFactor = 1e-3f;  // of the weight of a patch that the place does not see
+
 struct PatchShare {
     uint32_t patch;
     int facing;
@@ -22,6 +24,14 @@ struct PatchShare {
 // no shares if all of the eight are such. Else the weights add to 1.
 void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& normal,
              std::vector<PatchShare>& shares);
+
+// The patches that a place itself lies on, by facing, and what it does not see of those around it. `low`,
+// `place`: the lowest of the eight cells around it, and where it stands from that one's centre, in cells;
+// `facings`: a bit for each that counts there, others are -1 or see all. Of two layers the nearer.
+std::array<int, kFacingCount> patches_at(const IlluminationMap& map, const Index3& low, const Vec3& place,
+                                         const Vec3& normal, int facings);
+std::array<Unseen, kFacingCount> unseen_from(const IlluminationMap& map, const Index3& low, const Vec3& place,
+                                             const Vec3& normal, int facings);
 
 // The shares' sum; `values` holds one colour per patch.
 Rgb irradiance_at(const IlluminationMap& map, const std::vector<Rgb>& values, const Vec3& position,

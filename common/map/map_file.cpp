@@ -46,6 +46,7 @@ bool all_zero(const std::vector<float>& values) {
 // Calls visit for every grid that is written of a map, in order.
 void for_each_grid(const IlluminationMap& map, const PatchGridVisitor& visit) {
     write_patches(map.patches, map.grid, visit);
+    write_sight(map.sight, map.patches, map.grid, visit);
     const auto facings = cells_by_slot(map.patches);
     for (int f = 0; f < kSlotCount; ++f) {
         if (facings[f].cells.empty()) continue;
@@ -213,6 +214,39 @@ void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, cons
     }
 }
 
+void write_sight(const PatchSight& sight, const std::vector<Patch>& patches, const CellGrid& grid,
+                 const PatchGridVisitor& write) {
+    std::array<std::vector<Index3>, kSlotCount> voxels;
+    std::array<std::vector<float>, kSlotCount> values;
+    for (const PatchSight::Entry& e : sight.entries()) {
+        const Patch& patch = patches[e.patch];
+        const Index3 fine(e.part & 3, e.part >> 2 & 3, e.part >> 4);
+        voxels[std::size_t(patch.slot)].push_back(patch.cell * kFinePerCell + fine);
+        values[std::size_t(patch.slot)].push_back(float(e.unseen));
+    }
+    for (int s = 0; s < kSlotCount; ++s)
+        if (!voxels[std::size_t(s)].empty())
+            write("unseen/" + slot_name(grid, s), voxels[std::size_t(s)], values[std::size_t(s)], 1);
+}
+
+PatchSight read_sight(const VdbReader& file, const CellGrid& grid, const PatchIndex& index,
+                      std::size_t count) {
+    std::vector<PatchSight::Entry> entries;
+    for (int s = 0; grid.facings && s < kSlotCount; ++s) {
+        const std::string name = "unseen/" + slot_name(grid, s);
+        if (!file.has(name)) continue;
+        const auto voxels = file.active_cells(name);
+        const auto values = file.values(name, voxels, 1);
+        for (std::size_t i = 0; i < voxels.size(); ++i) {
+            const Index3 cell = cell_of_fine(voxels[i]), fine = voxels[i] - cell * kFinePerCell;
+            const int patch = index.find(cell, s);
+            if (patch >= 0)
+                entries.push_back({uint32_t(patch), fine.x + 4 * fine.y + 16 * fine.z, Unseen(values[i])});
+        }
+    }
+    return {count, std::move(entries)};
+}
+
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin) {
     return {origin + grid.centre({0, 0, 0}), grid.cell_size};
 }
@@ -264,6 +298,7 @@ MapFile::MapFile(const std::filesystem::path& path)
                                                                       : Component::indirect);
     map.patches = read_patches(file_, map.grid);
     map.index = PatchIndex(map.grid, map.patches);
+    map.sight = read_sight(file_, map.grid, map.index, map.patches.size());
     slots_ = cells_by_slot(map.patches);
     for (const std::string& light : split(file_.text("lights"))) {
         map.lights.push_back(read_light(file_, light));

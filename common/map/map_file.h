@@ -10,7 +10,7 @@
 
 namespace pim {
 
-inline constexpr int kFormatVersion = 2;
+inline constexpr int kFormatVersion = 3;
 
 // Atomic; same map, same bytes. Throws Error.
 void write_map(const std::filesystem::path& path, const IlluminationMap& map);
@@ -80,6 +80,13 @@ using PatchGridVisitor = std::function<void(const std::string& name, const std::
                                             const std::vector<float>& values, int channels)>;
 void write_patches(const std::vector<Patch>& patches, const CellGrid& grid, const PatchGridVisitor& write);
 std::vector<Patch> read_patches(const VdbReader& file, const CellGrid& grid);  // sorted by patch_before
+
+// What parts of patches see, likewise: grids unseen/<facing>, a voxel for each fine cell.
+void write_sight(const PatchSight& sight, const std::vector<Patch>& patches, const CellGrid& grid,
+                 const PatchGridVisitor& write);
+// `index`: of the grid's patches, `count` in all.
+PatchSight read_sight(const VdbReader& file, const CellGrid& grid, const PatchIndex& index,
+                      std::size_t count);
 
 // World-space transform of a cell grid's centres.
 VdbTransform transform_of(const CellGrid& grid, const Vec3d& origin);

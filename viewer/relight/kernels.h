@@ -26,6 +26,7 @@ struct StencilEntry {
     int axis;          // of the facing; -1: the map has no facings
     bool ends_facing;  // the last entry of its facing
     bool is_paired;    // this entry and the next are the layers of one cell and facing
+    int bit = 0;       // its own in the points' rows of what they do not see
 };
 
 inline constexpr int kMostEntries = 48;  // of a stencil: 8 cells, 3 facings, 2 layers
@@ -33,8 +34,10 @@ inline constexpr int kMostEntries = 48;  // of a stencil: 8 cells, 3 facings, 2 
 using Weight = uint16_t;
 inline constexpr float kWeightSteps = 65535;
 
-// A block of kLanes points: [0..2] place in the stencil, cells; [3..5] unit shading normal.
-inline constexpr int kPlaceRows = 6;
+// A block of kLanes points: [0..2] place in the stencil, cells; [3..5] unit shading normal; [6..8] bits of
+// the entries that they do not see, by the axis of the facing, as whole numbers.
+inline constexpr int kPlaceRows = 9;
+inline constexpr float kUnseenWeight = 1e-3f;  // of those, as kUnseenFactor
 // A block of kLanes surfaces for shadow rays: position, shading normal, geometric normal.
 inline constexpr int kSurfaceRows = 9;
 
@@ -67,8 +70,9 @@ struct GridPlacement {
     int facings;
 };
 // Surfaces of a packet: rows of kLanes: position, shading normal, geometric normal (unit, on the side that
-// the ray met), place in the stencil; and, as integers, the stencil's lowest cell and the facings' mask.
-inline constexpr int kLocatedRows = kSurfaceRows + 3, kCellRows = 4;
+// the ray met), place in the stencil; and, as integers, the stencil's lowest cell, the facings' mask
+// and Home's corner + 8 · (its part's lowest bit on each axis).
+inline constexpr int kLocatedRows = kSurfaceRows + 3, kCellRows = 5;
 
 struct Kernels {
     // sum[channel][lane] += power[channel] · Σ_t monomials[t] · coefficients[t][channel][lane]; with one

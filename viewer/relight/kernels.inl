@@ -65,6 +65,18 @@ PIM_INLINE Lanes facing_weight(int axis, float threshold, const Place& p) {
     return larger(n * n - threshold, all(0));
 }
 
+PIM_INLINE Lanes seen_factor(const StencilEntry& e, const float* places) {
+    const LanesInt unseen = __builtin_convertvector(at(places + (6 + e.axis) * kLanes), LanesInt);
+    return (unseen >> e.bit & 1) != 0 ? all(kUnseenWeight) : all(1);
+}
+
+PIM_INLINE bool any_unseen(const float* places) {
+    const Lanes sum = at(places + 6 * kLanes) + at(places + 7 * kLanes) + at(places + 8 * kLanes);
+    float most = 0;
+    for (int i = 0; i < kLanes; ++i) most += sum[i];
+    return most > 0;
+}
+
 static void weigh(const StencilEntry* entries, int count, float threshold, const float* places,
                   float* weights) {
     const Place p{at(places),
@@ -75,9 +87,11 @@ static void weigh(const StencilEntry* entries, int count, float threshold, const
                   at(places + 5 * kLanes)};
     Lanes area{}, total{};
     int first = 0;
+    const bool some_unseen = any_unseen(places);
     for (int e = 0; e < count; ++e) {
         const Lanes t = trilinear(entries[e], p), d = plane_distance(entries[e], p);
         Lanes w = t * entries[e].area * plane_factor(d);
+        if (some_unseen) w *= seen_factor(entries[e], places);
         if (entries[e].is_paired) {  // of two layers the nearer counts
             const Lanes behind = plane_distance(entries[e + 1], p);
             const Lanes a = d * d + 1e-6f, b = behind * behind + 1e-6f;
@@ -85,6 +99,7 @@ static void weigh(const StencilEntry* entries, int count, float threshold, const
             area += at(weights + e * kLanes);
             ++e;
             w = t * entries[e].area * plane_factor(behind) * (a / (a + b));
+            if (some_unseen) w *= seen_factor(entries[e], places);
         }
         at(weights + e * kLanes) = w;
         area += w;
@@ -137,13 +152,18 @@ static void locate(const TriangleRow* triangles, const HitLanes& hits, const Gri
     }
     const Lanes usable = (square > 0) & (agreement != 0) ? all(1) : all(0);
     const Lanes scale = (agreement > 0 ? all(1) : all(-1)) / root(usable > 0 ? square : all(1));
-    LanesInt mask{};
+    LanesInt mask{}, home{};
     for (int axis = 0; axis < 3; ++axis) {
         const Lanes normal = usable > 0 ? bent[axis] * scale : geometric[axis];
         at(rows + (3 + axis) * kLanes) = normal;
         const LanesInt counts = -(normal * normal > grid.facing_threshold);
+        const Lanes from_corner = at(rows + (9 + axis) * kLanes) + 0.5f + 0.01f * normal;  // as home_of
+        const LanesInt upper = -(from_corner >= 1);
+        const LanesInt odd = upper != 0 ? -(from_corner >= 1.25f) : -(from_corner >= 0.75f);
+        home |= upper << axis | odd << (3 + axis);
         mask |= (normal < 0 ? counts << (2 * axis + 1) : counts << (2 * axis));
     }
+    *reinterpret_cast<LanesInt*>(cells + 4 * kLanes) = home;
     *reinterpret_cast<LanesInt*>(cells + 3 * kLanes) = grid.facings ? mask : LanesInt{} + 1;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
 
 namespace pim {
@@ -15,7 +16,20 @@ struct Stencil {
     std::vector<StencilEntry> entries;
     std::vector<uint32_t> patches;
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
+    bool sees_all = true;          // all of it from wherever in it
+    uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
 };
+
+using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
+
+// A bit for each axis whose facing is that of a patch behind.
+int layers_behind(const IlluminationMap& map, const std::array<int, kFacingCount>& patches) {
+    int behind = 0;
+    for (std::size_t k = 0; k < kFacingCount; ++k)
+        if (patches[k] >= 0 && map.patches[std::size_t(patches[k])].slot >= kFacingCount)
+            behind |= 1 << k / 2;
+    return behind;
+}
 
 class StencilMaker {
   public:
@@ -37,18 +51,21 @@ class StencilMaker {
         const auto* patches = map_.index.find_cell(low_ + step);
         if (!patches) return;
         const int front = (*patches)[facing], behind = (*patches)[facing + kFacingCount];
-        if (front >= 0) add(front, step, facing, behind >= 0);
-        if (behind >= 0) add(behind, step, facing, false);
+        if (front >= 0) add(front, step, facing, behind >= 0, corner);
+        if (behind >= 0) add(behind, step, facing, false, corner + kCornerCount);
+        if (front >= 0 && behind >= 0) stencil_.layered |= uint8_t(1 << corner);
     }
-    void add(int patch, const Index3& step, int facing, bool is_paired) {
+    void add(int patch, const Index3& step, int facing, bool is_paired, int bit) {
         const Patch& p = map_.patches[std::size_t(patch)];
+        stencil_.sees_all = stencil_.sees_all && map_.sight.sees_all(std::size_t(patch));
         const Vec3 centre = p.centre / float(map_.grid.cell_size) + Vec3(step);
         stencil_.entries.push_back({{float(step.x), float(step.y), float(step.z)},
                                     {centre.x, centre.y, centre.z},
                                     p.area,
                                     map_.grid.facings ? facing / 2 : -1,
                                     false,
-                                    is_paired});
+                                    is_paired,
+                                    bit});
         stencil_.patches.push_back(uint32_t(patch));
     }
 
@@ -62,6 +79,7 @@ struct Point {
     uint32_t group;
     Rgb factor;
     uint16_t pixel;
+    UnseenByAxis unseen;
 };
 
 // What a thread keeps from tile to tile.
@@ -88,6 +106,8 @@ std::size_t ViewTile::bytes() const {
     return weights.size() * sizeof(Weight) + (factors.size() + surfaces.size() + patches.size()) * 4 +
            pixels.size() * 2 + groups.size() * sizeof(PointGroup) + segments.size() * sizeof(Segment);
 }
+
+static_assert(kUnseenWeight == kUnseenFactor);
 
 class TileBuilder {
   public:
@@ -147,7 +167,8 @@ class TileBuilder {
             const Rgb factor = primary_factor(packet, lane);
             if (is_black(factor)) continue;
             const Index3 low(cells[lane], cells[kLanes + lane], cells[2 * kLanes + lane]);
-            add_point(block * kLanes + uint32_t(lane), low, cells[3 * kLanes + lane], factor);
+            add_point(block * kLanes + uint32_t(lane), low, cells[3 * kLanes + lane],
+                      cells[4 * kLanes + lane], factor);
         }
     }
 
@@ -221,32 +242,62 @@ class TileBuilder {
         const FacingWeights facing = facing_weights(view_.map_.grid, s.shading_normal);
         int mask = 0;
         for (int k = 0; k < kFacingCount; ++k) mask |= int(facing.weight[k] > 0) << k;
-        add_point(scratch_.spare_block * kLanes + lane, low, mask, factor);
+        const Vec3 place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        const Home home = home_of(place, s.shading_normal);
+        const int odd = (home.part & 1) | (home.part >> 1 & 2) | (home.part >> 2 & 4);
+        add_point(scratch_.spare_block * kLanes + lane, low, mask, home.corner | odd << 3, factor);
     }
 
-    void add_point(uint32_t slot, const Index3& low, int mask, const Rgb& factor) {
+    void add_point(uint32_t slot, const Index3& low, int mask, int home, const Rgb& factor) {
         const Index3& size = view_.map_.grid.size;
         const bool outside =
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
-        const uint32_t group = outside ? group_of(Index3(-1), 0) : group_of(low, mask);
+        const float* row = &scratch_.rows[std::size_t(slot / kLanes) * kLocatedRows * kLanes + slot % kLanes];
+        Stencil& stencil = outside ? stencil_of(Index3(-1), 0) : stencil_of(low, mask);
+        const UnseenByAxis unseen =
+            stencil.sees_all ? UnseenByAxis{} : unseen_at(stencil, low, mask, home, row);
+        const uint32_t group = group_of(stencil);
         if (scratch_.counts[group]++ == 0)
             scratch_.factors[group] = factor;
         else if (factor != scratch_.factors[group])
             scratch_.mixed[group] = true;
-        scratch_.points.push_back({slot, group, factor, pixel_});
+        scratch_.points.push_back({slot, group, factor, pixel_, unseen});
     }
 
-    uint32_t group_of(const Index3& low, int mask) {
+    Stencil& stencil_of(const Index3& low, int mask) {
         const uint64_t key = uint64_t(low.x + 2) | uint64_t(low.y + 2) << 16 | uint64_t(low.z + 2) << 32 |
                              uint64_t(mask) << 48;
-        if (key == last_key_) return last_group_;
+        if (key == last_key_) return *last_stencil_;
         last_key_ = key;
         Recent& recent = recent_[(key * 0x9e3779b97f4a7c15ull) >> 56];
-        if (recent.key == key) return last_group_ = recent.group;
-        recent.key = key;
+        if (recent.key == key) return *(last_stencil_ = recent.stencil);
         const auto [found, is_new] = scratch_.stencils.try_emplace(key);
-        Stencil& stencil = found->second;
-        if (is_new) stencil = StencilMaker(view_.map_, low).make(mask);
+        if (is_new) found->second = StencilMaker(view_.map_, low).make(mask);
+        recent = {key, &found->second};
+        return *(last_stencil_ = recent.stencil);
+    }
+
+    // What the point that was just given a stencil does not see: the same all over a part of a cell and one
+    // of its layers. `home`, `row`: see kCellRows, kLocatedRows.
+    UnseenByAxis unseen_at(const Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
+        const auto normal = [&] { return Vec3(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]); };
+        const auto place = [&] { return Vec3(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]); };
+        uint64_t key = last_key_ | uint64_t(home) << 54;
+        if (stencil.layered >> (home & 7) & 1)
+            key |= uint64_t(layers_behind(view_.map_, patches_at(view_.map_, low, place(), normal(), mask)))
+                   << 60;
+        if (key == last_part_key_) return last_unseen_;
+        last_part_key_ = key;
+        RecentPart& recent = recent_parts_[(key * 0x9e3779b97f4a7c15ull) >> 56];
+        if (recent.key != key) {
+            recent = {key, {}};
+            const auto unseen = unseen_from(view_.map_, low, place(), normal(), mask);
+            for (std::size_t k = 0; k < kFacingCount; ++k) recent.unseen[k / 2] |= unseen[k];
+        }
+        return last_unseen_ = recent.unseen;
+    }
+
+    uint32_t group_of(Stencil& stencil) {
         if (stencil.tile != scratch_.tile) {
             stencil.tile = scratch_.tile;
             stencil.group = uint32_t(scratch_.groups.size());
@@ -255,7 +306,7 @@ class TileBuilder {
             scratch_.factors.emplace_back(0.0f);
             scratch_.mixed.push_back(false);
         }
-        return last_group_ = recent.group = stencil.group;
+        return stencil.group;
     }
 
     // From points in order of pixels to blocks in order of groups.
@@ -319,6 +370,7 @@ class TileBuilder {
             for (int c = 0; c < 3; ++c) {
                 place[c * kLanes] = from[(9 + c) * kLanes];
                 place[(3 + c) * kLanes] = from[(3 + c) * kLanes];
+                place[(6 + c) * kLanes] = p.unseen[std::size_t(c)];
             }
             if (!options_.surfaces) continue;
             float* surface = &tile_.surfaces[std::size_t(block) * kSurfaceRows * kLanes + lane];
@@ -350,11 +402,18 @@ class TileBuilder {
     // Stencils that this tile has met, found without the thread's large table.
     struct Recent {
         uint64_t key = ~uint64_t{0};
-        uint32_t group = 0;
+        Stencil* stencil = nullptr;
     };
     std::array<Recent, 256> recent_;
     uint64_t last_key_ = ~uint64_t{0};
-    uint32_t last_group_ = 0;
+    Stencil* last_stencil_ = nullptr;
+    struct RecentPart {
+        uint64_t key = ~uint64_t{0};
+        UnseenByAxis unseen{};
+    };
+    std::array<RecentPart, 256> recent_parts_;
+    uint64_t last_part_key_ = ~uint64_t{0};
+    UnseenByAxis last_unseen_{};
 };
 
 ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/sight_lines.h"
+
+#include <cmath>
+
+#include "common/core/parallel.h"
+
+namespace pim {
+namespace {
+
+constexpr float kLift = 0.1f;  // cells
+constexpr int kLanes = RayPacket::kSize;
+constexpr int kClear =
+    4;  // of a packet's segments: fewer of one kind than this decide without another packet
+constexpr std::size_t kBlock = 64;
+
+struct Place {
+    Vec3 position;  // above the surface
+    float area;
+    int part;
+};
+
+// Places to draw from, in proportion to area.
+class Places {
+  public:
+    void add(const Place& place) {
+        positions_.push_back(place.position);
+        sums_.push_back((sums_.empty() ? 0 : sums_.back()) + double(place.area));
+    }
+    bool empty() const { return sums_.empty(); }
+    const Vec3& at(double share) const {
+        const auto i = std::size_t(std::ranges::upper_bound(sums_, share * sums_.back()) - sums_.begin());
+        return positions_[std::min(i, positions_.size() - 1)];
+    }
+
+  private:
+    std::vector<Vec3> positions_;
+    std::vector<double> sums_;
+};
+
+double fraction(double x) { return x - std::floor(x); }
+
+class SightFinder {
+  public:
+    SightFinder(const Scene& scene, const RayCaster& caster, const Cells& cells,
+                const std::vector<Fragment>& fragments)
+        : caster_(caster), cells_(cells), places_(cells.patches.size()), all_(cells.patches.size()) {
+        for (const Fragment& f : fragments) add(scene.geometry, f);
+        for (std::size_t p = 0; p < places_.size(); ++p)
+            for (const Place& place : places_[p]) all_[p].add(place);
+    }
+
+    PatchSight find() const {
+        const std::size_t count = cells_.patches.size(), blocks = (count + kBlock - 1) / kBlock;
+        std::vector<std::vector<PatchSight::Entry>> found(blocks);
+        parallel_for(blocks, [&](std::size_t block) {
+            for (std::size_t p = block * kBlock; p < std::min(count, (block + 1) * kBlock); ++p)
+                look_around(uint32_t(p), found[block]);
+        });
+        std::vector<PatchSight::Entry> entries;
+        for (const auto& part : found) entries.insert(entries.end(), part.begin(), part.end());
+        return {count, std::move(entries)};
+    }
+
+  private:
+    void add(const Geometry& geometry, const Fragment& f) {
+        const Index3 cell = cell_of(cells_.grid, f.key);
+        const auto* own = cells_.index.find_cell(cell);
+        if (!own) return;
+        const float lift = (f.key.place % 2 ? -kLift : kLift) * float(cells_.grid.cell_size);
+        const Vec3 above = f.centre + geometric_normal(geometry.corners(f.key.triangle)) * lift;
+        const Vec3 from_centre(Vec3d(f.centre) - cells_.grid.centre(cell));
+        const int fine = f.key.place / 2;  // z fastest
+        const int part = fine >> 4 | (fine >> 2 & 3) << 2 | (fine & 3) << 4;
+        for (int k = 0; k < kFacingCount; ++k) {
+            const int patch = f.facing_area[k] > 0 ? cells_.patch_at(*own, k, from_centre) : -1;
+            if (patch >= 0) places_[std::size_t(patch)].push_back({above, f.facing_area[k], part});
+        }
+    }
+
+    // What the 27 cells around hold of the same facing, and whether the patch sees all, none or some of it.
+    enum class Seen : uint8_t { all, none, some };
+    struct Around {
+        std::array<int, 54> patch;  // cell + 27 · (is behind); -1: none
+        std::array<Seen, 54> seen;
+    };
+    Around around(uint32_t patch) const {
+        const Patch& home = cells_.patches[patch];
+        const int facing = home.slot % kFacingCount;
+        Around a;
+        for (int i = 0; i < 54; ++i) {
+            const Index3 cell = home.cell + Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 % 3 - 1);
+            const int other = a.patch[std::size_t(i)] =
+                cells_.index.find(cell, facing + (i < 27 ? 0 : kFacingCount));
+            if (other < 0 || all_[patch].empty() || all_[std::size_t(other)].empty()) {
+                a.seen[std::size_t(i)] = Seen::all;
+                continue;
+            }
+            const int free = free_segments(all_[patch], all_[std::size_t(other)], 0) +
+                             free_segments(all_[patch], all_[std::size_t(other)], 1);
+            a.seen[std::size_t(i)] = free == 2 * kLanes ? Seen::all : free == 0 ? Seen::none : Seen::some;
+        }
+        return a;
+    }
+
+    void look_around(uint32_t patch, std::vector<PatchSight::Entry>& found) const {
+        const Around others = around(patch);
+        if (std::ranges::all_of(others.seen, [](Seen s) { return s == Seen::all; })) return;
+        std::array<Places, kPartCount> parts;
+        for (const Place& p : places_[patch]) parts[std::size_t(p.part)].add(p);
+        for (int part = 0; part < kPartCount; ++part) {
+            const Places& from = parts[std::size_t(part)];
+            if (from.empty()) continue;
+            const Index3 low = lowest_around(part) + Index3(1);
+            Unseen unseen = 0;
+            for (int k = 0; k < 2 * kCornerCount; ++k) {
+                const int cell = low.x + (k & 1) + 3 * (low.y + (k >> 1 & 1)) + 9 * (low.z + (k >> 2 & 1));
+                const auto i = std::size_t(cell + (k < kCornerCount ? 0 : 27));
+                const bool hidden =
+                    others.seen[i] == Seen::none ||
+                    (others.seen[i] == Seen::some && !sees(from, all_[std::size_t(others.patch[i])]));
+                unseen |= Unseen(hidden << k);
+            }
+            found.push_back({patch, part, unseen});
+        }
+    }
+
+    bool sees(const Places& from, const Places& to) const {
+        int free = free_segments(from, to, 0);
+        if (free < kClear || free > kLanes - kClear) return 2 * free >= kLanes;
+        free += free_segments(from, to, 1);
+        return free >= kLanes;
+    }
+
+    // Of kLanes segments. Ends follow Roberts' sequence in two dimensions.
+    int free_segments(const Places& from, const Places& to, int packet_number) const {
+        RayPacket packet;
+        for (int lane = 0; lane < kLanes; ++lane) {
+            const double i = packet_number * kLanes + lane + 0.5;
+            const Vec3 a = from.at(fraction(i * 0.7548776662466927)),
+                       b = to.at(fraction(i * 0.5698402909980532));
+            packet.set(lane, a, b - a, 1);
+        }
+        caster_.occluded(packet);
+        int free = 0;
+        for (int lane = 0; lane < kLanes; ++lane) free += !(packet.length[lane] < 0);
+        return free;
+    }
+
+    const RayCaster& caster_;
+    const Cells& cells_;
+    std::vector<std::vector<Place>> places_;  // [patch]
+    std::vector<Places> all_;                 // [patch]
+};
+
+}  // namespace
+
+PatchSight find_sight(const Scene& scene, const RayCaster& caster, const Cells& cells,
+                      const std::vector<Fragment>& fragments) {
+    return SightFinder(scene, caster, cells, fragments).find();
+}
+
+}  // namespace pim

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which patches see each other: segments between places of both, a tenth of a cell above the surfaces.
+#pragma once
+
+#include "bake/cells.h"
+
+namespace pim {
+
+// `fragments`: those that count. A part of a patch sees another if at least half of the segments between them
+// are free. Same answer at any thread count.
+PatchSight find_sight(const Scene& scene, const RayCaster& caster, const Cells& cells,
+                      const std::vector<Fragment>& fragments);
+
+}  // namespace pim
