@@ -174,6 +174,21 @@ TEST(MapFile, MissingGridIsRefusedByName) {
     }
 }
 
+TEST(MapFile, WhatPatchesSeeComesBack) {
+    const TemporaryFolder folder;
+    IlluminationMap map = test_map(false);
+    ASSERT_GE(map.patches.size(), 2u);
+    map.sight = PatchSight(map.patches.size(), {{0, 0, 0xffff}, {0, 9, 0}, {1, 63, 0x0102}});
+    write_map(folder / "a.vdb", map);
+    const auto given = map.sight.entries(), read = read_map(folder / "a.vdb").sight.entries();
+    ASSERT_EQ(read.size(), given.size());
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        EXPECT_EQ(read[i].patch, given[i].patch);
+        EXPECT_EQ(read[i].part, given[i].part);
+        EXPECT_EQ(read[i].unseen, given[i].unseen);
+    }
+}
+
 TEST(MapFile, OtherVersionsAreRefused) {
     const TemporaryFolder folder;
     write_map(folder / "a.vdb", test_map(false));

@@ -123,9 +123,18 @@ inline std::vector<Patch> scattered_patches(const Scene& scene, const CellGrid& 
     return patches;
 }
 
+// A third of all patches sees everything; the others' parts, whatever the dice say.
+inline PatchSight random_sight(const std::vector<Patch>& patches, Dice& dice) {
+    std::vector<PatchSight::Entry> entries;
+    for (uint32_t p = 0; p < patches.size(); ++p)
+        for (int part = 0; p % 3 && part < kPartCount; ++part)
+            if (dice.chance(0.9f)) entries.push_back({p, part, Unseen(dice.below(1 << 16))});
+    return {patches.size(), std::move(entries)};
+}
+
 struct SyntheticOptions {
     int cells = 10;  // along the longest side
-    bool facings = true, layers = true, mend_signs = true;
+    bool facings = true, layers = true, mend_signs = true, walls = false;
     Index3 boxes{2, 1, 1};
     std::vector<Component> components{Component::direct, Component::indirect};
     SyntheticLight light;
@@ -147,6 +156,7 @@ inline IlluminationMap synthetic_map(Scene& scene, const SyntheticOptions& o) {
         map.geometry_path = std::filesystem::absolute(scene.geometry_file).string();
     map.geometry_hash = scene.geometry_hash;
     Dice dice(1);
+    if (o.walls) map.sight = random_sight(map.patches, dice);
     for (Light& light : scene.lights) {
         for (int axis = 0; axis < 3; ++axis)
             light.boxes[axis] = light.domain.max[axis] > light.domain.min[axis] ? o.boxes[axis] : 1;

@@ -2,6 +2,7 @@
 // Patch by patch what relighter_test sees as pictures.
 #include "viewer/relight/view_cache.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -87,12 +88,14 @@ TEST(ViewTiles, CoverEachPixelOnce) {
 // Positions are within 8 roundings of 10 m, 1e-5 cells, of those of single rays; weights change by at most
 // some 6 per cell; of two layers as near as that, shares differ by up to a thousand times as much.
 TEST(ViewCache, PointsWeighPatchesAsLookUpDoes) {
-    for (const bool layers : {false, true}) {
+    for (const auto& [layers, walls] :
+         {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
         SyntheticOptions options;
         options.layers = layers;
+        options.walls = walls;
         const MappedScene m(scene_of_data("cornell"), options);
         const Viewed view(m);
-        Largest off(layers ? "weight_with_layers" : "weight");
+        Largest off(fmt::format("weight{}{}", layers ? "_with_layers" : "", walls ? "_with_walls" : ""));
         int points = 0, apart = 0;
         for (const ViewTile& tile : view.tiles({.surfaces = true})) {
             std::set<int> pixels;

@@ -11,6 +11,8 @@
 namespace pim {
 namespace {
 
+using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
+
 // The patches around eight cell centres that surfaces of some facings look up.
 struct Stencil {
     std::vector<StencilEntry> entries;
@@ -18,18 +20,9 @@ struct Stencil {
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
     bool sees_all = true;          // all of it from wherever in it
     uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
+    uint64_t known = 0;            // a bit for each part of them of which `unseen` is filled in
+    std::vector<UnseenByAxis> unseen;
 };
-
-using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
-
-// A bit for each axis whose facing is that of a patch behind.
-int layers_behind(const IlluminationMap& map, const std::array<int, kFacingCount>& patches) {
-    int behind = 0;
-    for (std::size_t k = 0; k < kFacingCount; ++k)
-        if (patches[k] >= 0 && map.patches[std::size_t(patches[k])].slot >= kFacingCount)
-            behind |= 1 << k / 2;
-    return behind;
-}
 
 class StencilMaker {
   public:
@@ -277,24 +270,22 @@ class TileBuilder {
         return *(last_stencil_ = recent.stencil);
     }
 
-    // What the point that was just given a stencil does not see: the same all over a part of a cell and one
-    // of its layers. `home`, `row`: see kCellRows, kLocatedRows.
-    UnseenByAxis unseen_at(const Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
-        const auto normal = [&] { return Vec3(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]); };
-        const auto place = [&] { return Vec3(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]); };
-        uint64_t key = last_key_ | uint64_t(home) << 54;
-        if (stencil.layered >> (home & 7) & 1)
-            key |= uint64_t(layers_behind(view_.map_, patches_at(view_.map_, low, place(), normal(), mask)))
-                   << 60;
-        if (key == last_part_key_) return last_unseen_;
-        last_part_key_ = key;
-        RecentPart& recent = recent_parts_[(key * 0x9e3779b97f4a7c15ull) >> 56];
-        if (recent.key != key) {
-            recent = {key, {}};
-            const auto unseen = unseen_from(view_.map_, low, place(), normal(), mask);
-            for (std::size_t k = 0; k < kFacingCount; ++k) recent.unseen[k / 2] |= unseen[k];
+    // What a point does not see: the same all over a part of a cell, if that has but one layer. `home`,
+    // `row`: see kCellRows, kLocatedRows.
+    UnseenByAxis unseen_at(Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
+        const bool kept = !(stencil.layered >> (home % kCornerCount) & 1);
+        if (kept && (stencil.known >> home & 1)) return stencil.unseen[std::size_t(home)];
+        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
+            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        const auto by_facing = unseen_from(view_.map_, low, place, normal, mask);
+        UnseenByAxis unseen{};
+        for (std::size_t k = 0; k < kFacingCount; ++k) unseen[k / 2] |= by_facing[k];
+        if (kept) {
+            stencil.unseen.resize(kCornerCount * kCornerCount);
+            stencil.unseen[std::size_t(home)] = unseen;
+            stencil.known |= uint64_t{1} << home;
         }
-        return last_unseen_ = recent.unseen;
+        return unseen;
     }
 
     uint32_t group_of(Stencil& stencil) {
@@ -407,13 +398,6 @@ class TileBuilder {
     std::array<Recent, 256> recent_;
     uint64_t last_key_ = ~uint64_t{0};
     Stencil* last_stencil_ = nullptr;
-    struct RecentPart {
-        uint64_t key = ~uint64_t{0};
-        UnseenByAxis unseen{};
-    };
-    std::array<RecentPart, 256> recent_parts_;
-    uint64_t last_part_key_ = ~uint64_t{0};
-    UnseenByAxis last_unseen_{};
 };
 
 ViewBuilder::ViewBuilder(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
