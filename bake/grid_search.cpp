@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kOwn = 1 << 18;                       // numbers of lamp positions that no bake uses
 constexpr int kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 22;  // per lamp, position and half
+constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 20;  // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
@@ -40,7 +40,7 @@ const GridFigures& GridSearch::measure(double cell_size) {
     const auto a = own_volumes(cells, 1), b = own_volumes(cells, 2);
     GridFigures& figures = known_[cell_size];
     figures = {cell_size, held_out_.square(a, b),
-               held_out_.difference(a, b) / 2 * double(scene_.bake.photons), cells.patches.size()};
+               held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), cells.patches.size()};
     log_info(
         fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
                     "per lamp {:.4f}",

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/core/sampling.h"
 #include "common/map/irradiance.h"
@@ -156,15 +157,28 @@ double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& 
     return sum / double(views_.size());
 }
 
-double HeldOut::difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
-    double sum = 0;
+std::vector<double> HeldOut::differences(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    std::vector<double> all;
     for (std::size_t v = 0; v < views_.size(); ++v) {
         const auto seen_a = seen(v, a[position_of(v)]), seen_b = seen(v, b[position_of(v)]);
         double square = 0;
         for (std::size_t p = 0; p < seen_a.size(); ++p) square += double((seen_a[p] - seen_b[p]).length2());
-        if (const double whole = norm(v); whole > 0) sum += square / whole;
+        const double whole = norm(v);
+        all.push_back(whole > 0 ? square / whole : 0);
     }
-    return sum / double(views_.size());
+    return all;
+}
+
+double HeldOut::difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    const auto all = differences(a, b);
+    return std::accumulate(all.begin(), all.end(), 0.0) / double(all.size());
+}
+
+double HeldOut::usual_difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    auto all = differences(a, b);
+    const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
+    std::ranges::nth_element(all, middle);
+    return *middle;
 }
 
 HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {

@@ -30,8 +30,10 @@ class HeldOut {
     // ||I - R||² / ||R||², mean over all views. `a` and `b` [position] are two estimates of the patches'
     // irradiance; where their noise is independent, none of it is in the result.
     double square(const std::vector<Values>& a, const std::vector<Values>& b) const;
-    // ||I_a - I_b||² / ||R||², mean over all views.
+    // ||I_a - I_b||² / ||R||², mean over all views; and their median, which a rare bright photon in a small
+    // patch does not move.
     double difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
+    double usual_difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
     // As `bake evaluate` says it: the mean of ||I - R|| / ||R|| over all views; and its standard error.
     struct Error {
         double relrmse = 0, standard_error = 0;
@@ -58,6 +60,7 @@ class HeldOut {
     std::size_t position_of(std::size_t view) const { return view / std::size_t(reference_.cameras()); }
     const std::vector<ReferencePixel>& reference(std::size_t view) const;
     double norm(std::size_t view) const;
+    std::vector<double> differences(const std::vector<Values>& a, const std::vector<Values>& b) const;
 
     Reference reference_;
     std::vector<View> views_;  // [position][camera]

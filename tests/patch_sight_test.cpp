@@ -99,9 +99,10 @@ Scene lit_room() {
     return scene;
 }
 
-Cells cells_of(const Scene& scene) {
+Cells cells_of(Scene scene) {
+    scene.grid.reach_photons = 1 << 19;
     return find_cells(scene, RayCaster(scene.geometry, InstructionSet::pinned),
-                      [](const Vec3&) { return true; }, {.most_photons = 1 << 19});
+                      [](const Vec3&) { return true; });
 }
 
 TEST(FindSight, AnEmptyRoomSeesAll) { EXPECT_TRUE(cells_of(lit_room()).sight.sees_all()); }

@@ -6,7 +6,7 @@
 
 namespace pim {
 
-inline constexpr float kUnseenFactor = 1e-3f;  // of the weight of a patch that the place does not see
+inline constexpr float kUnseenFactor = 4e-3f;  // of the weight of a patch that the place does not see
 
 struct PatchShare {
     uint32_t patch;

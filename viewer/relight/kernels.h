@@ -37,7 +37,7 @@ inline constexpr float kWeightSteps = 65535;
 // A block of kLanes points: [0..2] place in the stencil, cells; [3..5] unit shading normal; [6..8] bits of
 // the entries that they do not see, by the axis of the facing, as whole numbers.
 inline constexpr int kPlaceRows = 9;
-inline constexpr float kUnseenWeight = 1e-3f;  // of those, as kUnseenFactor
+inline constexpr float kUnseenWeight = 4e-3f;  // of those, as kUnseenFactor
 // A block of kLanes surfaces for shadow rays: position, shading normal, geometric normal.
 inline constexpr int kSurfaceRows = 9;
 
