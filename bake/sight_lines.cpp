@@ -8,7 +8,7 @@
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.1f;  // cells
+constexpr float kLift = 0.3f;  // cells
 constexpr int kLanes = RayPacket::kSize;
 constexpr int kClear =
     4;  // of a packet's segments: fewer of one kind than this decide without another packet

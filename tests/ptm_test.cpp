@@ -361,7 +361,7 @@ TEST(PtmExport, PartsExplainTheError) {
 TEST(PtmExport, PathTracedOnesAreComparedWithTheMap) {
     const std::string options =
         "--size 24x24 --direct traced --integrator path --export-ptm " + in_folder("paths.ptm");
-    const json rough = report(options + " --spp 16"), fine = report(options + " --spp 64 --seed 5");
+    const json rough = report(options + " --spp 64"), fine = report(options + " --spp 192 --seed 5");
     EXPECT_LT(fine["relrmse_map"], fine["relrmse"]);
     EXPECT_GT(fine["relrmse"], 0.03);
     EXPECT_LT(fine["relrmse"], 0.5);
