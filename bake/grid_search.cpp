@@ -49,13 +49,24 @@ const GridFigures& GridSearch::measure(double cell_size) {
     return figures;
 }
 
-// By the noise of the nearest size that is known; noise goes with one over the cells' area.
-uint64_t GridSearch::photons_for(double cell_size) const {
+const GridFigures& GridSearch::nearest(double cell_size) const {
     const auto distance = [&](const auto& entry) { return std::abs(std::log(entry.first / cell_size)); };
-    const auto nearest = std::ranges::min_element(known_, {}, distance);
-    if (nearest == known_.end()) return first_photons_;
-    const double ratio = nearest->first / cell_size, noise = nearest->second.noise * ratio * ratio;
-    return uint64_t(std::clamp(noise / (kNoiseAllowed * wanted_), kFewestPhotons, kMostPhotons));
+    return std::ranges::min_element(known_, {}, distance)->second;
+}
+
+// Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells.
+GridFigures GridSearch::hoped_at(double cell_size) const {
+    if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
+    const GridFigures& near = nearest(cell_size);
+    const double ratio = near.cell_size / cell_size;
+    return {cell_size, 0, near.noise * ratio * ratio,
+            std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
+}
+
+uint64_t GridSearch::photons_for(double cell_size) const {
+    if (known_.empty()) return first_photons_;
+    return uint64_t(
+        std::clamp(hoped_at(cell_size).noise / (kNoiseAllowed * wanted_), kFewestPhotons, kMostPhotons));
 }
 
 std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int half) const {
@@ -91,6 +102,7 @@ GridFigures GridSearch::search(double longest_side, double first_cells, const Co
     double best = 0, least = cost_at(0);
     const auto try_at = [&](double steps) {
         if (!allowed(steps) || (!known_.contains(size_at(steps)) && !go_on())) return false;
+        if (!(cost(hoped_at(size_at(steps))) < least)) return false;
         const double own = cost_at(steps);
         if (!(own < least)) return false;
         best = steps, least = own;

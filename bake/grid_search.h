@@ -33,6 +33,9 @@ class GridSearch {
                        const std::function<bool()>& go_on);
 
   private:
+    const GridFigures& nearest(double cell_size) const;  // of those measured
+    // The best that a size can be: without an error of the grid.
+    GridFigures hoped_at(double cell_size) const;
     uint64_t photons_for(double cell_size) const;
     std::vector<HeldOut::Values> own_volumes(const Cells& cells, int half) const;
 
