@@ -42,6 +42,8 @@ void check_settled(const Scene& scene) {
 }
 
 // A bake in progress: what photons make, and the map fitted to it.
+constexpr double kBadCondition = 1e3;
+
 class Bake {
   public:
     Bake(Scene scene, const BakeOptions& options)
@@ -134,8 +136,23 @@ class Bake {
                 log_warning(fmt::format(
                     "light '{}', box {}: its {} positions determine {} of {} terms; the others are 0",
                     light.name, b, light.fits[b].samples, light.fits[b].rank, terms));
+            note_conditioning(own, light, b);
         }
         return light;
+    }
+
+    void note_conditioning(const std::vector<LightSample>& samples, MapLight& light, std::size_t box) const {
+        std::vector<Vec3> inside;
+        for (const LightSample& s : samples)
+            if (light.boxes[box].contains(Vec3d(s.position))) inside.push_back(s.position);
+        FitStatistics& fit = light.fits[box];
+        fit.raw_condition_number =
+            raw_condition_number(light.boxes[box], inside, scene_.bake.degree, scene_.geometry.origin);
+        if (fit.condition_number > kBadCondition)
+            log_warning(fmt::format(
+                "light '{}', box {}: its lamp positions hardly determine the polynomial (condition number "
+                "{:.2g}; up to {:.0g} is sound): noise grows; give it more positions, or fewer boxes",
+                light.name, box, fit.condition_number, kBadCondition));
     }
 
     void report_account() {

@@ -20,10 +20,11 @@ namespace pim {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMostPhotons = 4e9;            // in all, without a time budget
-constexpr double kGridShare = 0.9;              // of the squared target error that cells alone may make
-constexpr double kGoalShare = 0.9;              // of the squared target error that is aimed at
-constexpr double kWorthwhile = 0.97;            // a change must cut the cost at least to this
+constexpr double kMostPhotons = 4e9;  // in all, without a time budget
+constexpr double kGridShare = 0.9;    // of the squared target error that cells alone may make
+constexpr double kGoalShare = 0.8;    // of the squared target error that is aimed at
+constexpr double kMetShare = 0.97;    // of the target: what was chosen by its error looks better than it is
+constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
 constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
@@ -320,8 +321,9 @@ class Chooser {
     }
 
     // Photons still needed as a multiple of those traced, or the squared error at the end of the budget.
-    double cost(const TrialFigures& f) const {
-        const double floor = std::max(0.0, f.floor()), noise = f.noise_sum();
+    double cost(const TrialFigures& f) const { return cost(f.floor(), f.noise_sum()); }
+    double cost(double floor, double noise) const {
+        floor = std::max(0.0, floor);
         if (has_budget()) return floor + noise / std::max(1.0, affordable());
         return floor < 0.95 * goal() ? noise / (goal() - floor) : 1e6 * floor / goal();
     }
@@ -367,7 +369,9 @@ class Chooser {
         std::optional<std::pair<std::size_t, Index3>> best;
         for (std::size_t l = 0; l < lights_.size(); ++l)
             for (const Index3& boxes : other_boxes(lights_[l])) {
-                const auto figures = fits_->with_boxes(l, boxes);
+                // Boxes take nothing away of what cells alone make.
+                const auto figures = fits_->with_boxes(
+                    l, boxes, [&](double noise) { return cost(grid_.square, noise) < least; });
                 if (!figures || !(cost(*figures) < least)) continue;
                 least = cost(*figures);
                 best = {l, boxes};
@@ -413,12 +417,17 @@ class Chooser {
         return true;
     }
 
+    // Beyond the doubt that is left of the figure.
+    bool is_met() const {
+        const double target = scene_.choices.target_error.value_or(0);
+        const bool met = figures_.error.relrmse + 2 * figures_.error.standard_error <= kMetShare * target;
+        if (met) log_info(fmt::format("the target of {} is met", target));
+        return met;
+    }
+
     double target_growth() {
         const double target = *scene_.choices.target_error, own = figures_.error.relrmse;
-        if (own <= 0.97 * target) {
-            log_info(fmt::format("the target of {} is met", target));
-            return 0;
-        }
+        if (is_met()) return 0;
         const double noise = figures_.noise_sum(), room = goal() - figures_.floor();
         if (photons_in_all() * kSlowest > kMostPhotons || (room < 0 && noise < 0.1 * figures_.square)) {
             log_warning(
@@ -432,11 +441,7 @@ class Chooser {
     }
 
     double budget_growth() {
-        const double target = scene_.choices.target_error.value_or(0);
-        if (figures_.error.relrmse <= 0.97 * target) {
-            log_info(fmt::format("the target of {} is met", target));
-            return 0;
-        }
+        if (is_met()) return 0;
         const double more = affordable();
         if (more < 1.05) {
             const double noise = figures_.noise_sum(), square = figures_.square;

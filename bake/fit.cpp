@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bake/least_squares.h"
+#include "bake/non_negative.h"
 #include "common/core/parallel.h"
 #include "common/map/polynomial.h"
 
@@ -14,9 +15,9 @@ constexpr std::size_t kSamplesAtOnce = 32;
 constexpr Eigen::Index kRowsAtOnce = 2048;
 
 // Rows: samples; columns: Chebyshev products of the terms.
-Eigen::MatrixXd design_of(const MapBox& box, const std::vector<Vec3>& positions,
-                          const std::vector<int>& terms) {
-    Eigen::MatrixXd design(Eigen::Index(positions.size()), Eigen::Index(terms.size()));
+ExtendedMatrix design_of(const MapBox& box, const std::vector<Vec3>& positions,
+                         const std::vector<int>& terms) {
+    ExtendedMatrix design(Eigen::Index(positions.size()), Eigen::Index(terms.size()));
     for (std::size_t m = 0; m < positions.size(); ++m) {
         const auto products = chebyshev_products(box.normalised(Vec3d(positions[m])));
         for (std::size_t t = 0; t < terms.size(); ++t)
@@ -62,13 +63,6 @@ struct Projections {
     }
 };
 
-// Variance of a density's noise, mean of its channels, from that of the channels' mean: photons of a patch
-// have about the density's colour.
-double channel_variance(const Rgb& density, float variance_of_mean) {
-    const double mean = double(density.x + density.y + density.z) / 3;
-    return mean > 0 ? double(variance_of_mean) * double(density.dot(density)) / (3 * mean * mean) : 0;
-}
-
 Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const VolumeReader& read_volume,
                     bool with_variance) {
     const auto rows = Eigen::Index(patch_count * 3), samples = q.rows();
@@ -106,6 +100,30 @@ std::vector<double> residual_variance(const Projections& projections, Eigen::Ind
     return variance;
 }
 
+// Patches with outliers get coefficients in which these count less.
+std::vector<uint8_t> fit_robustly(const Eigen::MatrixXd& q, const VolumeReader& read_volume,
+                                  const Neighbourhoods& shared, const FitSettings& settings,
+                                  Projections& projections, FitStatistics& statistics) {
+    const auto patches = std::size_t(projections.along.rows()) / 3;
+    std::vector<uint8_t> status(patches, 0);
+    if (settings.robust == Robust::off || shared.empty()) return status;
+    LinearFit linear{q, RowMatrix(Eigen::Index(patches), q.cols()), projections.variance,
+                     residual_variance(projections, q.rows())};
+    for (Eigen::Index p = 0; p < linear.along.rows(); ++p)
+        linear.along.row(p) = projections.along.middleRows(3 * p, 3).colwise().mean();
+    for (const Refit& r : robust_pass(linear, shared, read_volume, settings.robust, settings.loss)) {
+        status[r.patch] = r.converged ? kRobust : kRobustFailed;
+        statistics.iterations += r.iterations;
+        if (!r.converged) continue;
+        const Eigen::Index row = 3 * Eigen::Index(r.patch);
+        projections.along.middleRows(row, 3) = r.along;
+        projections.variance[r.patch] = r.noise;
+        projections.squares.segment(row, 3) =
+            r.along.rowwise().squaredNorm().array() + r.residual * double(q.rows());
+    }
+    return status;
+}
+
 // The projections and what is known of their noise.
 NoisyCoefficients measured(Projections& projections, const std::vector<int>& degrees, Eigen::Index samples,
                            const Neighbourhoods& shared) {
@@ -116,8 +134,8 @@ NoisyCoefficients measured(Projections& projections, const std::vector<int>& deg
     return coefficients;
 }
 
-RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& shared) {
-    if (shared.empty()) return measured.values;
+RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& shared, bool shrinkage) {
+    if (shared.empty() || !shrinkage) return measured.values;
     NoisyCoefficients kept = shared.filter() ? filtered(measured, shared) : measured;
     shrink(kept, shared);
     return std::move(kept.values);
@@ -126,23 +144,29 @@ RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& share
 }  // namespace
 
 Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells) {
-    if (!scene.bake.shrinkage) return {};
+    if (!scene.bake.shrinkage && scene.bake.robust == Robust::off) return {};
     // Spheres about neighbouring cells share photons, so their noise is not independent.
     return {cells, scene.grid.estimator == Estimator::area};
 }
 
-BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
+BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, const FitSettings& settings,
                std::size_t patch_count, const VolumeReader& read_volume, const Neighbourhoods& shared) {
-    const std::vector<int> terms = terms_of(highest_degree, box.moves());
+    const std::vector<int> terms = terms_of(settings.degree, box.moves());
     const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
-    Projections projections = project(ls.q, patch_count, read_volume, shared.filter());
-    const Eigen::MatrixXd solve = to_monomials(terms) * ls.solve;  // terms × rank
-    std::vector<int> degrees;                                      // of the orthonormal terms
-    for (const int column : ls.kept) degrees.push_back(degree(terms[std::size_t(column)]));
-    const NoisyCoefficients all = measured(projections, degrees, ls.q.rows(), shared);
-    const RowMatrix kept = kept_of(all, shared);
     BoxFit fit;
-    fit.statistics = {int(positions.size()), ls.rank(), ls.condition_number};
+    fit.statistics.samples = int(positions.size());
+    fit.statistics.rank = ls.rank();
+    fit.statistics.condition_number = ls.condition_number;
+    for (const int column : ls.dropped) fit.statistics.dropped.push_back(terms[std::size_t(column)]);
+    const Eigen::MatrixXd q = ls.q.cast<double>();
+    Projections projections = project(q, patch_count, read_volume, !shared.empty());
+    fit.polynomials.status = fit_robustly(q, read_volume, shared, settings, projections, fit.statistics);
+    const SignMender mender(to_monomials(terms) * ls.solve.cast<double>(), terms, int(positions.size()),
+                            box.moves());
+    std::vector<int> degrees;  // of the orthonormal terms
+    for (const int column : ls.kept) degrees.push_back(degree(terms[std::size_t(column)]));
+    const NoisyCoefficients all = measured(projections, degrees, q.rows(), shared);
+    RowMatrix kept = kept_of(all, shared, settings.shrinkage);
     fit.polynomials.terms = terms;
     fit.polynomials.coefficients.resize(patch_count * terms.size() * 3);
     fit.polynomials.residuals.resize(patch_count);
@@ -152,10 +176,11 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
             for (int c = 0; c < 3; ++c) {
                 const auto row = Eigen::Index(3 * p) + c;
                 const auto along = all.values.row(row);
-                const Eigen::VectorXd a = solve * kept.row(row).transpose();
+                Cubic cubic = mender.cubic(kept.row(row));
+                if (settings.non_negative) fit.polynomials.status[p] |= mender.mend(cubic, kept.row(row));
                 for (std::size_t t = 0; t < terms.size(); ++t)
                     fit.polynomials.coefficients[(p * terms.size() + t) * 3 + std::size_t(c)] =
-                        float(a(Eigen::Index(t)));
+                        float(cubic[std::size_t(terms[t])]);
                 misfit += std::max(0.0, projections.squares(row) - along.squaredNorm() +
                                             (along - kept.row(row)).squaredNorm());
             }
@@ -165,12 +190,24 @@ BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int highes
     return fit;
 }
 
+double raw_condition_number(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
+                            const Vec3d& origin) {
+    const std::vector<int> terms = terms_of(highest_degree, box.moves());
+    ExtendedMatrix design(Eigen::Index(positions.size()), Eigen::Index(terms.size()));
+    for (std::size_t m = 0; m < positions.size(); ++m) {
+        const auto powers = monomials(Imath::Vec3<Extended>(Vec3d(positions[m]) + origin));
+        for (std::size_t t = 0; t < terms.size(); ++t)
+            design(Eigen::Index(m), Eigen::Index(t)) = powers[std::size_t(terms[t])];
+    }
+    return factorise(design, low_degrees_first(terms), 0).condition_number;
+}
+
 std::vector<double> leverages(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,
                               const std::vector<Vec3d>& at) {
     const std::vector<int> terms = terms_of(highest_degree, box.moves());
     const LeastSquares ls = factorise(design_of(box, positions, terms), low_degrees_first(terms));
     std::vector<Vec3> places(at.begin(), at.end());
-    const Eigen::MatrixXd weights = design_of(box, places, terms) * ls.solve;
+    const Eigen::MatrixXd weights = (design_of(box, places, terms) * ls.solve).cast<double>();
     std::vector<double> sums;
     for (Eigen::Index i = 0; i < weights.rows(); ++i) sums.push_back(weights.row(i).squaredNorm());
     return sums;
@@ -190,8 +227,8 @@ MapLight fit_light(const Light& light, const BakeSettings& settings, const std::
         auto& statistics = fitted.fits.emplace_back();
         for (const Component c : settings.components) {
             BoxFit fit = fit_box(
-                box, positions, settings.degree, patch_count,
-                [&](std::size_t i) { return density(inside[i], c); }, shared);
+                box, positions, {settings.degree, settings.shrinkage, settings.mend_signs, settings.robust},
+                patch_count, [&](std::size_t i) { return density(inside[i], c); }, shared);
             statistics = fit.statistics;
             polynomials[int(c)] = std::move(fit.polynomials);
         }

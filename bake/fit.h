@@ -6,29 +6,42 @@
 
 #include "bake/density.h"
 #include "bake/patch_filter.h"
+#include "bake/robust_pass.h"
 #include "common/map/illumination_map.h"
 
 namespace pim {
-
-// Densities of all patches for sample i. Their variance is read only where patches are filtered.
-using VolumeReader = std::function<DensityVolume::PerComponent(std::size_t sample)>;
 
 struct BoxFit {
     Polynomials polynomials;
     FitStatistics statistics;
 };
 
+struct FitSettings {
+    int degree = 3;
+    bool shrinkage = true;      // and filter, where neighbourhoods are given
+    bool non_negative = false;  // see non_negative.h
+    Robust robust = Robust::off;
+    RobustLoss loss = RobustLoss::tukey;
+};
+
 // What patches share in a fit with these settings.
 Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells);
 
-// Fits a polynomial of at most `degree` in the box's normalised coordinates to the samples at `positions`
+// Fits a polynomial of at most the degree in the box's normalised coordinates to the samples at `positions`
 // (local, all inside the box). Terms that the samples do not determine are 0.
 //
 // With neighbourhoods, coefficients orthonormal over the samples are shrunk, and before that filtered where
 // the neighbourhoods are made for it (see patch_filter.h). Their noise is known from the photons then,
 // otherwise from the patch's own residual. Memory grows with the patches, not with the samples.
-BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, int degree, std::size_t patch_count,
-               const VolumeReader& read_volume, const Neighbourhoods& shared);
+//
+// With a robust fit, patches with outliers are fitted again first (see robust_pass.h).
+BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, const FitSettings& settings,
+               std::size_t patch_count, const VolumeReader& read_volume, const Neighbourhoods& shared);
+
+// Of the design that monomials of world coordinates would make of the same positions (local, `origin` away
+// from the world's): the thesis' way.
+double raw_condition_number(const MapBox& box, const std::vector<Vec3>& positions, int degree,
+                            const Vec3d& origin);
 
 // Variance of the fit at lamp positions `at` for variance 1 of each sample, without shrinkage: the sum of
 // squares of what each sample counts for there.

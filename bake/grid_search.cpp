@@ -39,7 +39,7 @@ const GridFigures& GridSearch::measure(double cell_size) {
     held_out_.set_cells(scene_, caster_, cells);
     const auto a = own_volumes(cells, 1), b = own_volumes(cells, 2);
     GridFigures& figures = known_[cell_size];
-    figures = {cell_size, held_out_.square(a, b),
+    figures = {cell_size, std::max(held_out_.square(a, b), least_square(cell_size)),
                held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), cells.patches.size()};
     log_info(
         fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
@@ -54,12 +54,21 @@ const GridFigures& GridSearch::nearest(double cell_size) const {
     return std::ranges::min_element(known_, {}, distance)->second;
 }
 
+// The error falls with the cells' size at best, as larger ones say: a lucky draw of rare bright photons does
+// not decide.
+double GridSearch::least_square(double cell_size) const {
+    double least = 0;
+    for (auto larger = known_.upper_bound(cell_size); larger != known_.end(); ++larger)
+        least = std::max(least, larger->second.square * std::pow(cell_size / larger->first, 2));
+    return least;
+}
+
 // Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells.
 GridFigures GridSearch::hoped_at(double cell_size) const {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     const GridFigures& near = nearest(cell_size);
     const double ratio = near.cell_size / cell_size;
-    return {cell_size, 0, near.noise * ratio * ratio,
+    return {cell_size, least_square(cell_size), near.noise * ratio * ratio,
             std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
 }
 

@@ -34,7 +34,8 @@ class GridSearch {
 
   private:
     const GridFigures& nearest(double cell_size) const;  // of those measured
-    // The best that a size can be: without an error of the grid.
+    double least_square(double cell_size) const;
+    // The best that a size can be, as far as is known.
     GridFigures hoped_at(double cell_size) const;
     uint64_t photons_for(double cell_size) const;
     std::vector<HeldOut::Values> own_volumes(const Cells& cells, int half) const;

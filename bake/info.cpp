@@ -4,18 +4,38 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 
+#include "bake/non_negative.h"
+#include "common/core/parallel.h"
 #include "common/map/map_file.h"
 
 namespace pim {
 namespace {
 
-nlohmann::json residual_summary(const IlluminationMap& map) {
-    std::vector<float> all;
+// Calls visit(polynomials) for every box and component.
+template <class Visit>
+void for_each_fit(const IlluminationMap& map, Visit visit) {
     for (const MapLight& light : map.lights)
         for (const auto& box : light.polynomials)
             for (const auto& p : box)
-                if (p) all.insert(all.end(), p->residuals.begin(), p->residuals.end());
+                if (p) visit(*p);
+}
+
+// Highest degree with a coefficient that is not 0.
+int order_of(const Polynomials& p, std::size_t patch) {
+    int order = 0;
+    for (std::size_t t = 0; t < p.terms.size(); ++t)
+        for (std::size_t c = 0; c < 3; ++c)
+            if (p.coefficients[(patch * p.terms.size() + t) * 3 + c] != 0)
+                order = std::max(order, degree(p.terms[t]));
+    return order;
+}
+
+nlohmann::json residual_summary(const IlluminationMap& map) {
+    std::vector<float> all;
+    for_each_fit(
+        map, [&](const Polynomials& p) { all.insert(all.end(), p.residuals.begin(), p.residuals.end()); });
     if (all.empty()) return {{"mean", 0}, {"p95", 0}, {"max", 0}};
     double sum = 0;
     for (const float r : all) sum += r;
@@ -25,13 +45,59 @@ nlohmann::json residual_summary(const IlluminationMap& map) {
             {"max", all.back()}};
 }
 
+// Fits of patches of which a channel is negative somewhere in its box.
+uint64_t negative_fits(const IlluminationMap& map) {
+    std::atomic<uint64_t> count = 0;
+    for_each_fit(map, [&](const Polynomials& p) {
+        parallel_for(map.patches.size(), [&](std::size_t patch) {
+            bool negative = false;
+            for (std::size_t c = 0; c < 3; ++c) {
+                Cubic cubic{};
+                for (std::size_t t = 0; t < p.terms.size(); ++t)
+                    cubic[std::size_t(p.terms[t])] =
+                        double(p.coefficients[(patch * p.terms.size() + t) * 3 + c]);
+                negative = negative || lower_bound_in_box(cubic) < 0;
+            }
+            count += negative;
+        });
+    });
+    return count;
+}
+
+// Shares of all fits of patches.
+nlohmann::json status_summary(const IlluminationMap& map) {
+    std::array<double, 4> orders{};
+    std::array<double, 4> statuses{};
+    constexpr std::array kBits{kRobust, kRobustFailed, kMended, kBlack};
+    double fits = 0;
+    for_each_fit(map, [&](const Polynomials& p) {
+        for (std::size_t patch = 0; patch < map.patches.size(); ++patch) {
+            ++fits;
+            orders[std::size_t(order_of(p, patch))] += 1;
+            for (std::size_t b = 0; b < kBits.size(); ++b)
+                statuses[b] += !p.status.empty() && (p.status[patch] & kBits[b]) != 0;
+        }
+    });
+    const auto share = [&](double n) { return fits > 0 ? n / fits : 0; };
+    return {{"orders", {share(orders[0]), share(orders[1]), share(orders[2]), share(orders[3])}},
+            {"robust", share(statuses[0])},
+            {"robust_failed", share(statuses[1])},
+            {"mended", share(statuses[2])},
+            {"black", share(statuses[3])},
+            {"negative", negative_fits(map)}};
+}
+
 nlohmann::json light_info(const IlluminationMap& map, const MapLight& light) {
     int samples = 0;
-    double condition = 0;
+    double condition = 0, raw_condition = 0;
+    int rank = kTermCount, iterations = 0;
     std::size_t terms = 0;
     for (std::size_t b = 0; b < light.boxes.size(); ++b) {
         samples += light.fits[b].samples;
         condition = std::max(condition, light.fits[b].condition_number);
+        raw_condition = std::max(raw_condition, light.fits[b].raw_condition_number);
+        rank = std::min(rank, light.fits[b].rank);
+        iterations += light.fits[b].iterations;
         terms = std::max(terms, light.polynomials[b][int(map.components[0])]->terms.size());
     }
     nlohmann::json components = nlohmann::json::array(), facings = nlohmann::json::array();
@@ -43,7 +109,10 @@ nlohmann::json light_info(const IlluminationMap& map, const MapLight& light) {
             {"samples", samples},
             {"boxes", light.boxes.size()},
             {"terms", terms},
+            {"rank", rank},
             {"condition_number", condition},
+            {"raw_condition_number", raw_condition},
+            {"robust_iterations", iterations},
             {"components", components},
             {"facings", facings}};
 }
@@ -58,6 +127,7 @@ nlohmann::json map_info(const std::filesystem::path& map_file) {
                         {"cell_size", map.grid.cell_size},
                         {"bytes", std::filesystem::file_size(map_file)},
                         {"residual", residual_summary(map)},
+                        {"fits", status_summary(map)},
                         {"left_out", map.left_out},
                         {"lights", nlohmann::json::array()}};
     for (const MapLight& light : map.lights) info["lights"].push_back(light_info(map, light));
@@ -74,13 +144,26 @@ std::string info_text(const nlohmann::json& i) {
                                    i["grid"][2].get<int>(), i["cell_size"].get<double>(),
                                    i["patches"].get<int>(), i["bytes"].get<double>() / 1e6);
     for (const auto& l : i["lights"])
-        text +=
-            fmt::format("light '{}': {} in {} boxes from {} positions, {} terms, condition number {:.3g}\n",
-                        l["name"].get<std::string>(), l["components"].dump(), l["boxes"].get<int>(),
-                        l["samples"].get<int>(), l["terms"].get<int>(), l["condition_number"].get<double>());
+        text += fmt::format(
+            "light '{}': {} in {} boxes from {} positions, {} terms of which {} are determined; "
+            "condition number {:.3g} (of monomials of world coordinates {:.2g})\n",
+            l["name"].get<std::string>(), l["components"].dump(), l["boxes"].get<int>(),
+            l["samples"].get<int>(), l["terms"].get<int>(), l["rank"].get<int>(),
+            l["condition_number"].get<double>(), l["raw_condition_number"].get<double>());
     const auto& r = i["residual"];
     text += fmt::format("residual: mean {:.3g}, 95 % below {:.3g}, at most {:.3g} W/m² per watt\n",
                         r["mean"].get<double>(), r["p95"].get<double>(), r["max"].get<double>());
+    const auto& f = i["fits"];
+    const auto percent = [&](const nlohmann::json& share) { return 100 * share.get<double>(); };
+    text += fmt::format(
+        "fits of patches: {:.1f} % of degree 3, {:.1f} % of 2, {:.1f} % of 1, {:.1f} % constant; {:.2g} % "
+        "robust, "
+        "{:.2g} % where that failed; {:.2g} % mended where they went below zero, {:.2g} % black for a "
+        "negative "
+        "mean; {} go below zero\n",
+        percent(f["orders"][3]), percent(f["orders"][2]), percent(f["orders"][1]), percent(f["orders"][0]),
+        percent(f["robust"]), percent(f["robust_failed"]), percent(f["mended"]), percent(f["black"]),
+        f["negative"].get<uint64_t>());
     for (const auto& line : i["left_out"]) text += "left out: " + line.get<std::string>() + "\n";
     return text;
 }

@@ -35,7 +35,6 @@ PerDegree mean_squares(const RowMatrix& rows, const std::vector<int>& degrees) {
 
 enum class Window { near, far };
 constexpr std::array kWindows{Window::near, Window::far};
-constexpr std::array kWidth{1.0, 2.0};  // standard deviations of the weights, in cells
 
 std::span<const uint32_t> members(const Neighbourhoods& shared, Window window, std::size_t patch) {
     return window == Window::near ? shared.near(patch) : shared.far(patch);
@@ -51,12 +50,13 @@ struct Guess {
 Guess guess(const NoisyCoefficients& measured, const Neighbourhoods& shared, Window window,
             std::size_t patch) {
     Guess guess{RowMatrix::Zero(3, measured.values.cols())};
-    const double width = kWidth[std::size_t(window)];
+    const auto around = members(shared, window, patch);
     double weights = 0;
-    for (const uint32_t n : members(shared, window, patch)) {
+    for (std::size_t i = 0; i < around.size(); ++i) {
+        const uint32_t n = around[i];
         if (n == patch) continue;
-        const double distance2 = double((shared.centroid(n) - shared.centroid(patch)).length2());
-        const double weight = double(shared.area(n)) * std::exp(-distance2 / (2 * width * width));
+        const double far = double(shared.closeness(patch)[i]), near = far * far * far * far;
+        const double weight = double(shared.area(n)) * (window == Window::far ? far : near);
         guess.mean += weight * measured.values.middleRows(3 * Eigen::Index(n), 3);
         for (std::size_t d = 0; d < kDegrees; ++d) guess.noise[d] += weight * weight * measured.noise[n][d];
         weights += weight;
@@ -154,14 +154,20 @@ Neighbourhoods::Neighbourhoods(const Cells& cells, bool filter) : filter_(filter
         of[p].insert(of[p].end(), far.begin(), far.end());
     });
     first_.push_back(0);
+    std::vector<Vec3> centroid;  // in cells
     for (std::size_t p = 0; p < count; ++p) {
         members_.insert(members_.end(), of[p].begin(), of[p].end());
         first_.push_back(members_.size());
         std::vector<uint32_t>().swap(of[p]);
         const Patch& patch = cells.patches[p];
         area_.push_back(patch.area);
-        centroid_.push_back(Vec3(patch.cell) + patch.centre / float(cells.grid.cell_size));
+        centroid.push_back(Vec3(patch.cell) + patch.centre / float(cells.grid.cell_size));
     }
+    closeness_.resize(members_.size());
+    for_each_patch(count, [&](std::size_t p) {
+        for (std::size_t i = first_[p]; i < first_[p + 1]; ++i)
+            closeness_[i] = std::exp(-(centroid[members_[i]] - centroid[p]).length2() / 8);
+    });
 }
 
 std::vector<double> pooled_noise(const std::vector<double>& variance, const Neighbourhoods& shared) {

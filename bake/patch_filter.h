@@ -32,15 +32,16 @@ class Neighbourhoods {
     std::span<const uint32_t> far(std::size_t patch) const {
         return {&members_[first_[patch]], first_[patch + 1] - first_[patch]};
     }
-    float area(std::size_t patch) const { return area_[patch]; }                // m²
-    const Vec3& centroid(std::size_t patch) const { return centroid_[patch]; }  // in cells
+    float area(std::size_t patch) const { return area_[patch]; }  // m²
+    // exp(-d²/8) for each of far(patch), d the distance of its centroid, in cells.
+    const float* closeness(std::size_t patch) const { return &closeness_[first_[patch]]; }
 
   private:
     std::vector<std::size_t> first_;    // [patch] into members_, and the end
     std::vector<uint32_t> near_count_;  // of a patch's members, the first ones
     std::vector<uint32_t> members_;
     std::vector<float> area_;
-    std::vector<Vec3> centroid_;
+    std::vector<float> closeness_;  // [as members_]
     bool filter_ = false;
 };
 

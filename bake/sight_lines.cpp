@@ -52,11 +52,16 @@ class SightFinder {
 
     PatchSight find() const {
         const std::size_t count = cells_.patches.size(), blocks = (count + kBlock - 1) / kBlock;
+        const auto for_each_patch = [&](auto body) {
+            parallel_for(blocks, [&](std::size_t block) {
+                for (std::size_t p = block * kBlock; p < std::min(count, (block + 1) * kBlock); ++p)
+                    body(uint32_t(p), block);
+            });
+        };
         std::vector<std::vector<PatchSight::Entry>> found(blocks);
-        parallel_for(blocks, [&](std::size_t block) {
-            for (std::size_t p = block * kBlock; p < std::min(count, (block + 1) * kBlock); ++p)
-                look_around(uint32_t(p), found[block]);
-        });
+        std::vector<SeenAround> seen(count);
+        for_each_patch([&](uint32_t p, std::size_t) { seen[p] = seen_of_later(p); });
+        for_each_patch([&](uint32_t p, std::size_t block) { look_around(p, seen, found[block]); });
         std::vector<PatchSight::Entry> entries;
         for (const auto& part : found) entries.insert(entries.end(), part.begin(), part.end());
         return {count, std::move(entries)};
@@ -78,33 +83,48 @@ class SightFinder {
         }
     }
 
-    // What the 27 cells around hold of the same facing, and whether the patch sees all, none or some of it.
+    // Whether a patch sees all, none or some of those of its facing in the 27 cells around.
     enum class Seen : uint8_t { all, none, some };
-    struct Around {
-        std::array<int, 54> patch;  // cell + 27 · (is behind); -1: none
-        std::array<Seen, 54> seen;
-    };
-    Around around(uint32_t patch) const {
+    using SeenAround = std::array<Seen, 54>;  // cell + 27 · (is behind)
+
+    int patch_around(uint32_t patch, int i) const {
         const Patch& home = cells_.patches[patch];
-        const int facing = home.slot % kFacingCount;
-        Around a;
+        const Index3 cell = home.cell + Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 % 3 - 1);
+        return cells_.index.find(cell, home.slot % kFacingCount + (i < 27 ? 0 : kFacingCount));
+    }
+
+    // Of those with its own or a higher number: of two patches one looks.
+    SeenAround seen_of_later(uint32_t patch) const {
+        SeenAround seen;
+        seen.fill(Seen::all);
         for (int i = 0; i < 54; ++i) {
-            const Index3 cell = home.cell + Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 % 3 - 1);
-            const int other = a.patch[std::size_t(i)] =
-                cells_.index.find(cell, facing + (i < 27 ? 0 : kFacingCount));
-            if (other < 0 || all_[patch].empty() || all_[std::size_t(other)].empty()) {
-                a.seen[std::size_t(i)] = Seen::all;
-                continue;
-            }
+            const int other = patch_around(patch, i);
+            if (other < int(patch) || all_[patch].empty() || all_[std::size_t(other)].empty()) continue;
             const int free = free_segments(all_[patch], all_[std::size_t(other)], 0) +
                              free_segments(all_[patch], all_[std::size_t(other)], 1);
-            a.seen[std::size_t(i)] = free == 2 * kLanes ? Seen::all : free == 0 ? Seen::none : Seen::some;
+            seen[std::size_t(i)] = free == 2 * kLanes ? Seen::all : free == 0 ? Seen::none : Seen::some;
+        }
+        return seen;
+    }
+
+    struct Around {
+        std::array<int, 54> patch;  // -1: none
+        SeenAround seen;
+    };
+    Around around(uint32_t patch, const std::vector<SeenAround>& of_later) const {
+        Around a{{}, of_later[patch]};
+        const int own_layer = cells_.patches[patch].slot >= kFacingCount ? 27 : 0;
+        for (int i = 0; i < 54; ++i) {
+            const int other = a.patch[std::size_t(i)] = patch_around(patch, i);
+            if (other >= 0 && other < int(patch))
+                a.seen[std::size_t(i)] = of_later[std::size_t(other)][std::size_t(26 - i % 27 + own_layer)];
         }
         return a;
     }
 
-    void look_around(uint32_t patch, std::vector<PatchSight::Entry>& found) const {
-        const Around others = around(patch);
+    void look_around(uint32_t patch, const std::vector<SeenAround>& of_later,
+                     std::vector<PatchSight::Entry>& found) const {
+        const Around others = around(patch, of_later);
         if (std::ranges::all_of(others.seen, [](Seen s) { return s == Seen::all; })) return;
         std::array<Places, kPartCount> parts;
         for (const Place& p : places_[patch]) parts[std::size_t(p.part)].add(p);

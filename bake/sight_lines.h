@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which patches see each other: segments between places of both, three tenths of a cell above the surfaces, so
-// that smooth convex bodies do not part into facets.
+// Which patches see each other: segments between places of both, three tenths of a cell above the surfaces,
+// so that smooth convex bodies do not part into facets.
 #pragma once
 
 #include "bake/cells.h"

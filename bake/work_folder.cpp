@@ -66,7 +66,7 @@ int used_slots(const std::vector<Patch>& patches) {
 // A damaged file is as good as none: it is made again.
 std::unique_ptr<VdbReader> open_unless_damaged(const fs::path& path) {
     try {
-        return std::make_unique<VdbReader>(path);
+        return std::make_unique<VdbReader>(path, VdbReader::Access::whole_grids);
     } catch (const Error& e) {
         log_warning(fmt::format("{}; it is made again", e.what()));
         return nullptr;
@@ -229,7 +229,7 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
 DensityVolume::PerComponent WorkFolder::read(const Scene& scene, const Cells& cells,
                                              const LightSample& sample, Component component) const {
     const fs::path path = file_of(scene, sample);
-    const VdbReader file(path);
+    const VdbReader file(path, VdbReader::Access::whole_grids);
     check_settings(file, settings_, path);
     DensityVolume::PerComponent volume{std::vector<Rgb>(cells.patches.size()),
                                        std::vector<float>(cells.patches.size())};

@@ -44,7 +44,7 @@ Baked bake(const Scene& scene) {
         baked.volumes.push_back(trace_density(scene, caster, baked.cells, surface, sample));
     }
     const auto read = [&](std::size_t sample) { return baked.of(sample); };
-    baked.fit = fit_box(baked.box, baked.positions, scene.bake.degree, baked.cells.patches.size(), read, {});
+    baked.fit = fit_box(baked.box, baked.positions, {scene.bake.degree}, baked.cells.patches.size(), read, {});
     return baked;
 }
 
@@ -57,7 +57,7 @@ std::vector<std::vector<double>> influence_of(const Baked& baked) {
         volume.density[sample] = Rgb(1);
         return volume;
     };
-    const BoxFit fit = fit_box(baked.box, baked.positions, 3, samples, one_at, {});
+    const BoxFit fit = fit_box(baked.box, baked.positions, {3}, samples, one_at, {});
     const std::size_t terms = fit.polynomials.terms.size();
     std::vector<std::vector<double>> influence(samples, std::vector<double>(terms));
     for (std::size_t m = 0; m < samples; ++m)
@@ -254,7 +254,7 @@ IlluminationMap two_lamps() {
         light.boxes = split_domain(light.domain, Index3(2, 1, 1));
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
             Polynomials p{terms_of(3, {true, true, true}), std::vector<float>(4 * kTermCount * 3),
-                          std::vector<float>(4)};
+                          std::vector<float>(4), {}};
             for (float& c : p.coefficients) c = 0.1f * random.next();
             for (std::size_t i = 0; i < 4; ++i)  // positive everywhere: nothing is cut to 0
                 for (std::size_t c = 0; c < 3; ++c)

@@ -62,7 +62,7 @@ void expect_cubics_back(const Box3& domain, int count, const SampleCount& sample
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, count, samples);
     const auto a = random_cubics(kPatches, terms);
-    const BoxFit fit = fit_box(box, positions, 3, kPatches, volumes_of(a, box, positions), {});
+    const BoxFit fit = fit_box(box, positions, {3}, kPatches, volumes_of(a, box, positions), {});
     ASSERT_EQ(fit.statistics.rank, int(terms.size()));
     ASSERT_EQ(fit.polynomials.terms, terms);
     // Densities are rounded to float: each up to 20 · 2^-25. What a coefficient makes of that: at most times
@@ -122,7 +122,7 @@ TEST(FitBox, TooFewPositionsStillFitWhatTheyHold) {
     for (const Index3& grid : {Index3(13, 7, 2), Index3(8, 4, 3), Index3(2)}) {
         const auto positions = spread(domain, grid.x * grid.y * grid.z, grid);
         const auto a = random_cubics(2, terms_of(1, kAll));  // linear: every such grid determines it
-        const BoxFit fit = fit_box(box, positions, 3, 2, volumes_of(a, box, positions), {});
+        const BoxFit fit = fit_box(box, positions, {3}, 2, volumes_of(a, box, positions), {});
         EXPECT_EQ(fit.statistics.rank, grid.x == 13 ? 16 : grid.x == 8 ? 19 : 8);
         for (std::size_t p = 0; p < 2; ++p) {
             EXPECT_LT(fit.polynomials.residuals[p], 1e-5);  // roundings, as above
@@ -138,7 +138,7 @@ TEST(FitBox, RepeatedAndSinglePositions) {
     const MapBox box = split_domain(domain, Index3(1))[0];
     const std::vector<Vec3> same(5, Vec3(0.5f));
     const auto seven = [](std::size_t) { return volume_of({7, 7, 7}); };
-    const BoxFit fit = fit_box(box, same, 3, 1, seven, {});
+    const BoxFit fit = fit_box(box, same, {3}, 1, seven, {});
     EXPECT_EQ(fit.statistics.rank, 1);
     EXPECT_EQ(fit.statistics.samples, 5);
     EXPECT_NEAR(fit.polynomials.coefficients[3 * kConstantTerm], 7, 1e-6);
@@ -164,7 +164,7 @@ TEST(FitBox, ResidualOfNoise) {
     const Box3 domain(Vec3(-1), Vec3(1));
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
-    const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), 3, kPatches, noise, {});
+    const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), {3}, kPatches, noise, {});
     Mean squares;
     for (const float r : fit.polynomials.residuals) squares.add(double(r) * r);
     expect_mean(squares, 1 - 20.0 / kSamples);
@@ -179,7 +179,7 @@ TEST(FitBox, LineAndPlaneKeepTheirTermsOnly) {
     for (const auto& [highest, terms] : {std::pair{Vec3(1, 0, 0), 4}, std::pair{Vec3(1, 0, 1), 10}}) {
         const Box3 domain(Vec3(0), highest);
         const MapBox box = split_domain(domain, Index3(1))[0];
-        const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), 3, kPatches, noise, {});
+        const BoxFit fit = fit_box(box, spread(domain, kSamples, kSamples), {3}, kPatches, noise, {});
         EXPECT_EQ(fit.statistics.rank, terms);
         EXPECT_EQ(fit.polynomials.coefficients.size(), kPatches * std::size_t(terms) * 3);
         Mean squares;
@@ -216,9 +216,9 @@ TEST(FitBox, PureNoiseIsShrunk) {
     const MapBox box = split_domain(domain, Index3(1))[0];
     const auto positions = spread(domain, 100, 100);
     const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
-    const double plain = movement(fit_box(box, positions, 3, kPatches, noise, {}).polynomials);
+    const double plain = movement(fit_box(box, positions, {3}, kPatches, noise, {}).polynomials);
     const double shrunk =
-        movement(fit_box(box, positions, 3, kPatches, noise, one_neighbourhood(3)).polynomials);
+        movement(fit_box(box, positions, {3}, kPatches, noise, one_neighbourhood(3)).polynomials);
     EXPECT_LT(shrunk, 0.46 * 0.46 * plain);
 }
 
@@ -236,8 +236,8 @@ TEST(FitBox, SignalIsKept) {
         for (std::size_t i = 0; i < noise.size(); ++i) values.density[i / 3][int(i % 3)] += 1e-2f * noise[i];
         return values;
     };
-    const BoxFit plain = fit_box(box, positions, 3, kPatches, noisy, {});
-    const BoxFit shrunk = fit_box(box, positions, 3, kPatches, noisy, one_neighbourhood(3));
+    const BoxFit plain = fit_box(box, positions, {3}, kPatches, noisy, {});
+    const BoxFit shrunk = fit_box(box, positions, {3}, kPatches, noisy, one_neighbourhood(3));
     // Per orthonormal term the signal's power is at least M/100 of the coefficients' 1/3: the factor differs
     // from 1 by less than 1e-4 · 300 / M = 3e-4.
     for (std::size_t i = 0; i < plain.polynomials.coefficients.size(); ++i)
@@ -253,7 +253,7 @@ TEST(FitBox, SameBytesAtAnyThreadCount) {
     const auto noise = [](std::size_t sample) { return volume_of(gaussian(3 * kPatches, sample)); };
     const auto fit_with = [&](int threads) {
         const ThreadLimit limit(threads);
-        return fit_box(box, positions, 3, kPatches, noise, Neighbourhoods()).polynomials.coefficients;
+        return fit_box(box, positions, {3}, kPatches, noise, Neighbourhoods()).polynomials.coefficients;
     };
     EXPECT_EQ(fit_with(1), fit_with(4));
 }

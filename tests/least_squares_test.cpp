@@ -24,7 +24,13 @@ std::vector<int> in_order(Index columns) {
     return order;
 }
 
-VectorXd solve(const LeastSquares& ls, const VectorXd& y) { return ls.solve * (ls.q.transpose() * y); }
+LeastSquares factorise(const MatrixXd& design, const std::vector<int>& order) {
+    return pim::factorise(design.cast<Extended>(), order);
+}
+
+VectorXd solve(const LeastSquares& ls, const VectorXd& y) {
+    return ls.solution(y.cast<Extended>()).cast<double>();
+}
 
 MatrixXd random_matrix(Index rows, Index columns) {
     RandomStream random(1, RandomPurpose::evaluation, 0, 0);
@@ -72,8 +78,9 @@ TEST(LeastSquares, ConditionNumberOfScaledColumns) {
 TEST(LeastSquares, QIsOrthonormalAndSpansTheColumns) {
     const MatrixXd a = grid_design(5, 5, 5);
     const LeastSquares ls = factorise(a, in_order(kTermCount));
-    EXPECT_LT((ls.q.transpose() * ls.q - MatrixXd::Identity(ls.rank(), ls.rank())).norm(), 100 * kEpsilon);
-    EXPECT_LT((ls.q * (ls.q.transpose() * a) - a).norm(), 100 * kEpsilon * a.norm());
+    const MatrixXd q = ls.q.cast<double>();
+    EXPECT_LT((q.transpose() * q - MatrixXd::Identity(ls.rank(), ls.rank())).norm(), 100 * kEpsilon);
+    EXPECT_LT((q * (q.transpose() * a) - a).norm(), 100 * kEpsilon * a.norm());
 }
 
 TEST(LeastSquares, ExactSolutionsComeBack) {  // Wampler 1 of NIST: all coefficients 1, degree 5, x = 0 .. 20
@@ -85,7 +92,8 @@ TEST(LeastSquares, ExactSolutionsComeBack) {  // Wampler 1 of NIST: all coeffici
     ASSERT_EQ(ls.rank(), 6);
     const VectorXd x = solve(ls, y);
     // y holds numbers up to 3·10⁶: their rounding, seen through the last rows of the solution.
-    for (int j = 0; j < 6; ++j) EXPECT_NEAR(x(j), 1, 21 * kEpsilon * y.norm() * ls.solve.row(j).norm());
+    for (int j = 0; j < 6; ++j)
+        EXPECT_NEAR(x(j), 1, 21 * kEpsilon * y.norm() * double(ls.solve.row(j).norm()));
 }
 
 TEST(LeastSquares, GridsTooCoarseForACubic) {
@@ -99,6 +107,7 @@ TEST(LeastSquares, DroppedColumnsGetNothing) {
     a.col(3) = 2 * a.col(0) - a.col(1);
     const LeastSquares ls = factorise(a, in_order(5));
     EXPECT_EQ(ls.kept, (std::vector<int>{0, 1, 2, 4}));
+    EXPECT_EQ(ls.dropped, std::vector<int>{3});
     const VectorXd y = a * VectorXd::LinSpaced(5, 1, 5);
     const VectorXd x = solve(ls, y);
     EXPECT_EQ(x(3), 0);
@@ -110,6 +119,7 @@ TEST(LeastSquares, OrderSaysWhatSurvives) {
     a.col(2) = a.col(0);
     EXPECT_EQ(factorise(a, {2, 1, 0}).kept, (std::vector<int>{2, 1}));
     EXPECT_EQ(factorise(random_matrix(2, 4), {3, 0, 1, 2}).kept, (std::vector<int>{3, 0}));
+    EXPECT_EQ(factorise(random_matrix(2, 4), {3, 0, 1, 2}).dropped, (std::vector<int>{1, 2}));
 }
 
 TEST(LeastSquares, RepeatedRowsChangeNothing) {

@@ -51,7 +51,7 @@ IlluminationMap test_map(bool grey) {
         light.boxes = split_domain(domain, boxes);
         const auto terms = terms_of(3, light.boxes[0].moves());
         for (std::size_t b = 0; b < light.boxes.size(); ++b) {
-            light.fits.push_back({40, int(terms.size()), 1.5 + double(b)});
+            light.fits.push_back({40, int(terms.size()), 1.5 + double(b), 1e6, {3, 7}, 5});
             auto& polynomials = light.polynomials.emplace_back();
             for (const Component c : map.components)
                 polynomials[int(c)] = random_polynomials(map, terms, ++stream);

@@ -165,7 +165,7 @@ BoxFit refit(Baked& b, std::vector<Vec3>& positions) {
     std::vector<std::string> warnings;
     const auto samples = all_light_samples(scene, solids, warnings);
     for (const LightSample& s : samples) positions.push_back(s.position);
-    return fit_box(split_domain(scene.lights[0].domain, Index3(1))[0], positions, 3, cells.patches.size(),
+    return fit_box(split_domain(scene.lights[0].domain, Index3(1))[0], positions, {3}, cells.patches.size(),
                    [&](std::size_t i) { return work.read(scene, cells, samples[i], Component::indirect); },
                    {});
 }

@@ -71,7 +71,7 @@ inline MapLight random_light(const IlluminationMap& map, const std::string& name
     light.boxes = split_domain(domain, divisions);
     const auto terms = terms_of(3, light.boxes[0].moves());
     for (std::size_t b = 0; b < light.boxes.size(); ++b) {
-        light.fits.push_back({40, int(terms.size()), 1.5});
+        light.fits.push_back({40, int(terms.size()), 1.5, 1.5, {}, 0});
         auto& polynomials = light.polynomials.emplace_back();
         for (const Component c : map.components)
             polynomials[std::size_t(c)] = random_polynomials(map.patches.size(), terms, map.grey, dice, o);

@@ -16,17 +16,29 @@
 
 namespace pim {
 
+// What became of a patch's fit; bits.
+enum FitStatus : uint8_t {
+    kRobust = 1,        // some samples are outliers and count less
+    kRobustFailed = 2,  // they are, but no better fit was found: it is the linear one
+    kMended = 4,        // went below zero and was moved towards its mean
+    kBlack = 8,         // had a negative mean and is 0 now
+};
+
 struct Polynomials {
-    std::vector<int> terms;           // those that are stored, in equation (7)'s order
-    std::vector<float> coefficients;  // [patch][term][channel], W/m² per watt and channel
-    std::vector<float> residuals;     // [patch] root mean square misfit over the samples, W/m² per watt
+    std::vector<int> terms;            // those that are stored, in equation (7)'s order
+    std::vector<float> coefficients;   // [patch][term][channel], W/m² per watt and channel
+    std::vector<float> residuals;      // [patch] root mean square misfit over the samples, W/m² per watt
+    std::vector<uint8_t> status = {};  // [patch] of FitStatus; empty: all 0
 };
 
 // What the fit of one box was given and how well it was posed.
 struct FitStatistics {
     int samples = 0;
-    int rank = 0;  // terms that the samples determine
-    double condition_number = 1;
+    int rank = 0;                     // terms that the samples determine
+    double condition_number = 1;      // of the design as it was used
+    double raw_condition_number = 1;  // of the monomials of world coordinates
+    std::vector<int> dropped = {};    // terms that the samples do not determine
+    int iterations = 0;               // of robust fits
 };
 
 struct MapLight {

@@ -62,10 +62,14 @@ void for_each_grid(const IlluminationMap& map, const PatchGridVisitor& visit) {
                         if (p.terms[t] == kConstantTerm || !all_zero(grid.values))
                             visit(grid.name, facings[f].cells, grid.values, grid.channels);
                     }
-                    GridToWrite residual{stem + "/residual", {}, 1};
-                    for (const uint32_t patch : facings[f].patches)
+                    GridToWrite residual{stem + "/residual", {}, 1}, status{stem + "/status", {}, 1};
+                    for (const uint32_t patch : facings[f].patches) {
                         residual.values.push_back(p.residuals[patch]);
+                        status.values.push_back(p.status.empty() ? 0 : float(p.status[patch]));
+                    }
                     visit(residual.name, facings[f].cells, residual.values, residual.channels);
+                    if (!all_zero(status.values))
+                        visit(status.name, facings[f].cells, status.values, status.channels);
                 }
     }
 }
@@ -84,6 +88,18 @@ std::vector<std::string> split(const std::string& text) {
         start = end == std::string::npos ? text.size() : end + 1;
     }
     return lines;
+}
+
+std::string names_of(const std::vector<int>& terms) {
+    std::string names;
+    for (const int term : terms) names += fmt::format("a{:02}\n", term);
+    return names;
+}
+
+std::vector<int> terms_named(const std::string& names) {
+    std::vector<int> terms;
+    for (const std::string& name : split(names)) terms.push_back(std::stoi(name.substr(1)));
+    return terms;
 }
 
 VdbMetadata metadata_of(const IlluminationMap& map, const std::vector<std::string>& grids) {
@@ -120,10 +136,10 @@ VdbMetadata metadata_of(const IlluminationMap& map, const std::vector<std::strin
             m[box_key + "samples"] = double(light.fits[b].samples);
             m[box_key + "rank"] = double(light.fits[b].rank);
             m[box_key + "condition_number"] = light.fits[b].condition_number;
-            std::string terms;
-            for (const int term : light.polynomials[b][int(map.components[0])]->terms)
-                terms += fmt::format("a{:02}\n", term);
-            m[box_key + "terms"] = terms;
+            m[box_key + "raw_condition_number"] = light.fits[b].raw_condition_number;
+            m[box_key + "robust_iterations"] = double(light.fits[b].iterations);
+            m[box_key + "dropped"] = names_of(light.fits[b].dropped);
+            m[box_key + "terms"] = names_of(light.polynomials[b][int(map.components[0])]->terms);
         }
     }
     m["components"] = join(components);
@@ -148,18 +164,17 @@ MapLight read_light(const VdbReader& file, const std::string& light_name) {
     for (std::size_t b = 0; b < std::size_t(file.number(key + "boxes")); ++b) {
         const std::string box_key = fmt::format("{}b{}/", key, b);
         light.boxes.push_back(read_box(file, box_key));
-        light.fits.push_back({int(file.number(box_key + "samples")), int(file.number(box_key + "rank")),
-                              file.number(box_key + "condition_number")});
+        light.fits.push_back(
+            {int(file.number(box_key + "samples")), int(file.number(box_key + "rank")),
+             file.number(box_key + "condition_number"), file.number(box_key + "raw_condition_number"),
+             terms_named(file.text(box_key + "dropped")), int(file.number(box_key + "robust_iterations"))});
         light.polynomials.emplace_back();
     }
     return light;
 }
 
 std::vector<int> listed_terms(const VdbReader& file, const std::string& light, std::size_t box) {
-    std::vector<int> terms;
-    for (const std::string& term : split(file.text(fmt::format("light/{}/b{}/terms", light, box))))
-        terms.push_back(std::stoi(term.substr(1)));
-    return terms;
+    return terms_named(file.text(fmt::format("light/{}/b{}/terms", light, box)));
 }
 
 void check_complete(const VdbReader& file, const std::filesystem::path& path) {
@@ -334,18 +349,30 @@ void MapFile::read_terms(std::size_t light, std::size_t box, Component component
     });
 }
 
-std::vector<float> MapFile::residuals(std::size_t light, std::size_t box, Component component) const {
-    std::vector<float> residuals(outline_.patches.size());
+std::vector<float> MapFile::patch_values(std::size_t light, std::size_t box, Component component,
+                                         const char* grid, Missing missing) const {
+    std::vector<float> all(outline_.patches.size());
     for_each_slot(light, box, component, [&](const SlotCells& slot, const std::string& stem) {
-        const auto values = file_.values(stem + "/residual", slot.cells, 1);
-        for (std::size_t i = 0; i < values.size(); ++i) residuals[slot.patches[i]] = values[i];
+        const std::string grid_name = fmt::format("{}/{}", stem, grid);
+        if (missing == Missing::is_zero && !file_.has(grid_name)) return;
+        const auto values = file_.values(grid_name, slot.cells, 1);
+        for (std::size_t i = 0; i < values.size(); ++i) all[slot.patches[i]] = values[i];
     });
-    return residuals;
+    return all;
+}
+
+std::vector<float> MapFile::residuals(std::size_t light, std::size_t box, Component component) const {
+    return patch_values(light, box, component, "residual", Missing::fails);
+}
+
+std::vector<uint8_t> MapFile::status(std::size_t light, std::size_t box, Component component) const {
+    const auto values = patch_values(light, box, component, "status", Missing::is_zero);
+    return {values.begin(), values.end()};
 }
 
 Polynomials MapFile::polynomials(std::size_t light, std::size_t box, Component component) const {
     const std::size_t count = terms(light, box).size();
-    Polynomials p{terms(light, box), {}, residuals(light, box, component)};
+    Polynomials p{terms(light, box), {}, residuals(light, box, component), status(light, box, component)};
     p.coefficients.resize(outline_.patches.size() * count * 3);
     read_terms(light, box, component, 3,
                [&](std::size_t t, const std::vector<uint32_t>& patches, const std::vector<float>& values) {

@@ -10,7 +10,7 @@
 
 namespace pim {
 
-inline constexpr int kFormatVersion = 3;
+inline constexpr int kFormatVersion = 4;
 
 // Atomic; same map, same bytes. Throws Error.
 void write_map(const std::filesystem::path& path, const IlluminationMap& map);
@@ -38,6 +38,7 @@ class MapFile {
     void read_terms(std::size_t light, std::size_t box, Component component, int channels,
                     const TermVisitor& visit) const;
     std::vector<float> residuals(std::size_t light, std::size_t box, Component component) const;  // [patch]
+    std::vector<uint8_t> status(std::size_t light, std::size_t box, Component component) const;   // [patch]
     Polynomials polynomials(std::size_t light, std::size_t box, Component component) const;
     void release_pages() const { file_.release_pages(); }  // see VdbReader
     // Is another file there now? One that was renamed to its place does no harm: this one stays readable.
@@ -60,6 +61,9 @@ class MapFile {
     };
     Stamp stamp_of_opened() const;
     void check_unchanged() const;
+    enum class Missing { fails, is_zero };
+    std::vector<float> patch_values(std::size_t light, std::size_t box, Component component, const char* grid,
+                                    Missing missing) const;
     template <class Visit>
     void for_each_slot(std::size_t light, std::size_t box, Component component, Visit visit) const;
 

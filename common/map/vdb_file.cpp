@@ -202,7 +202,7 @@ struct VdbReader::Implementation {
     }
 };
 
-VdbReader::VdbReader(const std::filesystem::path& path)
+VdbReader::VdbReader(const std::filesystem::path& path, Access access)
     : implementation_(std::make_unique<Implementation>()) {
     initialise();
     implementation_->path = path;
@@ -212,7 +212,7 @@ VdbReader::VdbReader(const std::filesystem::path& path)
     try {
         implementation_->file = std::make_unique<openvdb::io::File>(path.string());
         implementation_->file->setCopyMaxBytes(0);  // map the file, however small: never copy it
-        implementation_->file->open(/*delayLoad=*/true);
+        implementation_->file->open(/*delayLoad=*/access == Access::mapped);
         implementation_->metadata = from_openvdb(*implementation_->file->getMetadata());
     } catch (const std::exception& e) {
         throw Error(fmt::format("{}: is damaged: {}; bake it again", path.string(), e.what()));

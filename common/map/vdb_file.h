@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time, so that
-// memory holds one of them and not all; reading maps the file into memory and loads what is asked for.
+// memory holds one of them and not all.
 #pragma once
 
 #include <filesystem>
@@ -44,7 +44,11 @@ class VdbWriter {
 // first. A file that was cut short, or that another program wrote, lacks it.
 class VdbReader {
   public:
-    explicit VdbReader(const std::filesystem::path& path);  // throws Error: missing, not ours, cut short
+    // How values come in: from the file mapped into memory, as they are asked for; or a grid at once, which
+    // is faster where all of them are needed.
+    enum class Access { mapped, whole_grids };
+    explicit VdbReader(const std::filesystem::path& path,
+                       Access access = Access::mapped);  // throws Error: missing, not ours, cut short
     ~VdbReader();
     const VdbMetadata& metadata() const;
     std::vector<std::string> grid_names() const;

@@ -268,9 +268,6 @@ class DescriptionReader {
         bake.shrinkage = table.flag("shrinkage", true);
         bake.seed = uint64_t(table.integer("seed", 1, 0, INT64_MAX));
         if (table.has("components")) read_components(table);
-        if (bake.robust == Robust::always)
-            table.fail("robust",
-                       "\"always\" needs the robust fit, which does not exist yet; allowed: off, auto");
         table.refuse_unknown();
     }
 
