@@ -96,7 +96,7 @@ bool is_clearly_positive(const Cubic& cubic) {
     double rest = 0;
     for (std::size_t t = 0; t < cubic.size(); ++t)
         if (t != std::size_t(kConstantTerm)) rest += std::abs(cubic[t]);
-    return cubic[std::size_t(kConstantTerm)] >= rest;
+    return (1 - kRounding) * cubic[std::size_t(kConstantTerm)] >= rest;
 }
 
 }  // namespace
@@ -138,9 +138,11 @@ double mend_sign(Cubic& cubic) {
         cubic.fill(0);
         return 0;
     }
-    const double bound = lower_bound_in_box(cubic);
+    Cubic lowered = cubic;
+    lowered[std::size_t(kConstantTerm)] -= kRounding * mean;
+    const double bound = lower_bound_in_box(lowered);
     if (bound >= 0) return 1;
-    const double share = (1 - kRounding) * mean / (mean - bound);
+    const double share = (1 - kRounding) * mean / ((1 - kRounding) * mean - bound);
     for (double& a : cubic) a *= share;
     cubic[std::size_t(kConstantTerm)] += (1 - share) * mean;
     return share;

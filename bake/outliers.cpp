@@ -10,13 +10,17 @@
 namespace pim {
 namespace {
 
-constexpr double kBelieved = 0.05;     // of a patch's usual density: the least that a fit counts as
-constexpr double kNearEnough = 4;      // standard deviations: what is nearer needs no closer look
+constexpr double kBelieved = 0.05;  // of a patch's usual density: the least that a fit counts as
+constexpr double kNearEnough = 4;   // standard deviations: what is nearer needs no closer look
+constexpr std::size_t kFew = 4;
+constexpr double kManyPhotons = 1e5;   // from there on the gamma distribution is the normal one
 constexpr double kMostLeverage = 0.9;  // a sample that the fit follows anywhere cannot be judged
 
 double median(std::vector<double>& values) {
     if (values.empty()) return 0;
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    // Of a few, the middle one that speaks against outliers.
+    const std::size_t place = (values.size() - (values.size() > kFew)) / 2;
+    const auto middle = values.begin() + std::ptrdiff_t(place);
     std::ranges::nth_element(values, middle);
     return *middle;
 }
@@ -70,6 +74,7 @@ double SampleNoise::variance(std::size_t patch, double fitted, const Witness& wi
 double tail_probability(double y, double mean, double variance) {
     if (!(variance > 0) || !(mean > 0)) return y == mean ? 1 : 0;
     const double shape = mean * mean / variance, x = std::max(0.0, y) * mean / variance;
+    if (shape > kManyPhotons) return 0.5 * std::erfc(std::abs(y - mean) / std::sqrt(2 * variance));
     return y > mean ? boost::math::gamma_q(shape, x) : boost::math::gamma_p(shape, x);
 }
 

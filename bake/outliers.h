@@ -11,7 +11,7 @@
 
 namespace pim {
 
-inline constexpr double kFalseAlarms = 1e-3;  // per patch and fit, of clean data whose noise is as modelled
+inline constexpr double kFalseAlarms = 1e-6;  // per patch and fit, of which a bake has up to a million; of clean data
 
 // What a linear fit of all samples left, per patch; means of the channels throughout.
 struct LinearFit {
@@ -23,7 +23,7 @@ struct LinearFit {
 
 // Variance of a sample: photons weigh the same whatever their number, so that their noise goes with the
 // *fitted* density, not with the sample's own count; beside it stands the misfit. Both are medians over the
-// patches around, which a spoiled patch does not sway.
+// patches around, which up to half of them spoiled do not sway.
 class SampleNoise {
   public:
     // The arguments must outlive it.

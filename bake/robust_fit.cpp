@@ -90,6 +90,7 @@ class RobustProblem {
 
 RobustFit robust_fit(const Eigen::MatrixXd& q, const Eigen::VectorXd& y, const Eigen::VectorXd& scale,
                      const Eigen::VectorXd& start, RobustLoss loss) {
+    if (!y.allFinite() || !(scale.minCoeff() > 0)) return {start, Eigen::VectorXd::Ones(y.size())};
     const RobustProblem problem(q, y, scale);
     RobustFit fit = problem.solve(start, RobustLoss::huber);
     if (!fit.converged || loss == RobustLoss::huber) return fit;

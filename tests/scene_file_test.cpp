@@ -263,7 +263,7 @@ TEST_F(SceneFile, ValuesOutOfRange) {
     expect_error(kScene + kLight + "[grid]\nbounds = { min = [1,0,0], max = [0,1,1] }\n", 7, "min");
     expect_error(kScene + kLight + "[bake]\nphotons = 0\n", 7, "bake.photons");
     expect_error(kScene + kLight + "[bake]\ndegree = 4\n", 7, "bake.degree");
-    expect_error(kScene + kLight + "[bake]\nrobust = \"always\"\n", 7, "bake.robust");
+    expect_error(kScene + kLight + "[bake]\nrobust = \"sometimes\"\n", 7, "bake.robust");
     expect_error(kScene + kLight + "[bake]\ncomponents = []\n", 7, "bake.components");
     expect_error(kScene + kLight + "[bake]\nseed = -1\n", 7, "bake.seed");
     expect_error(kScene + kLight + "power = [-1, 0, 0]\n", 6, "light.power");
