@@ -52,7 +52,7 @@ def other_axes(campaign, name, description, base):
             "samples": f"samples={listed([max(24, base['samples'] // 4), base['samples'] // 2, base['samples'], 2 * base['samples']])}",
             "boxes": f"boxes={listed([[1, 1, 1], [2, 1, 2], [2, 2, 2]])}",
             "degree": "degree=0,1,2,3", "facings": "facings=true,false",
-            "estimator": 'estimator="area","sphere"'}
+            "estimator": 'estimator="area","sphere"', "robust": 'robust="off","auto"'}
     return {axis: sweep(campaign, name, description, few, values) for axis, values in axes.items()}
 
 
