@@ -42,7 +42,7 @@ void check_settled(const Scene& scene) {
 }
 
 // A bake in progress: what photons make, and the map fitted to it.
-constexpr double kBadCondition = 1e3;
+constexpr uint64_t kFewPhotons = 1000;
 
 class Bake {
   public:
@@ -168,6 +168,12 @@ class Bake {
             "flux of red, green, blue: {:.4f} {:.4f} {:.4f} absorbed, {:.4f} {:.4f} {:.4f} escaped, "
             "{:.4f} {:.4f} {:.4f} cut off, sum {:.4f} {:.4f} {:.4f} (standard error {:.4f} {:.4f} {:.4f})",
             a.x, a.y, a.z, e.x, e.y, e.z, c.x, c.y, c.z, sum.x, sum.y, sum.z, error.x, error.y, error.z));
+        if (total.absorbed < kFewPhotons)
+            log_warning(
+                fmt::format("only {} of {} photons ended on a surface: the map holds little but noise; does "
+                            "the lamp shine "
+                            "on the scene, and are there enough photons?",
+                            total.absorbed, total.emitted));
         if (std::max({c.x, c.y, c.z}) > 0.01)
             log_warning(
                 fmt::format("photons were cut off after {} surfaces with {:.1f} % of the flux: surfaces "

@@ -27,7 +27,8 @@ constexpr double kMetShare = 0.97;    // of the target: what was chosen by its e
 constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
-constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
+constexpr int kRounds = 4;  // of doubling, about, that the photons per position are planned for
+constexpr double kMostPositions = 2000;
 constexpr double kPatchPhotons = 150;   // photons that cost as much time as keeping a patch in all volumes
 constexpr double kReadSeconds = 1e-7;   // of the last fit, per lamp position and patch; about
 constexpr double kWriteSeconds = 3e-7;  // ... per box, patch and term
@@ -224,7 +225,9 @@ class Chooser {
             positions += light.choose_samples ? double(first_positions(light) << (kRounds - 2))
                                               : double(fixed_positions(light));
         const double fewest = std::max(2000.0, 0.2 * double(grid_.patches));
-        scene_.bake.photons = round_number(std::clamp(wanted / positions, fewest, 5e6));
+        // More positions serve more boxes, at the same noise; but each has its patches to keep.
+        const double most = std::max({fewest, double(grid_.patches), wanted / kMostPositions});
+        scene_.bake.photons = round_number(std::clamp(wanted / positions, fewest, most));
         settings_.push_back({"photons", std::to_string(scene_.bake.photons)});
         log_info(fmt::format("chose {} photons per lamp position", scene_.bake.photons));
     }

@@ -2,6 +2,7 @@
 #include "bake/fit.h"
 
 #include <cmath>
+#include <limits>
 
 #include "bake/least_squares.h"
 #include "bake/non_negative.h"
@@ -199,7 +200,8 @@ double raw_condition_number(const MapBox& box, const std::vector<Vec3>& position
         for (std::size_t t = 0; t < terms.size(); ++t)
             design(Eigen::Index(m), Eigen::Index(t)) = powers[std::size_t(terms[t])];
     }
-    return factorise(design, low_degrees_first(terms), 0).condition_number;
+    const double most = 1 / double(std::numeric_limits<Extended>::epsilon());
+    return std::min(most, factorise(design, low_degrees_first(terms), 0).condition_number);
 }
 
 std::vector<double> leverages(const MapBox& box, const std::vector<Vec3>& positions, int highest_degree,

@@ -38,8 +38,11 @@ Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells);
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, const FitSettings& settings,
                std::size_t patch_count, const VolumeReader& read_volume, const Neighbourhoods& shared);
 
+// A worse condition number of a design is warned of: noise of the samples grows with it.
+inline constexpr double kBadCondition = 1e3;
+
 // Of the design that monomials of world coordinates would make of the same positions (local, `origin` away
-// from the world's): the thesis' way.
+// from the world's): the thesis' way. At most what extended precision can tell, 10^19.
 double raw_condition_number(const MapBox& box, const std::vector<Vec3>& positions, int degree,
                             const Vec3d& origin);
 

@@ -5,6 +5,7 @@
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 
+#include "common/core/float_traps.h"
 #include "common/core/parallel.h"
 
 namespace pim {
@@ -75,6 +76,7 @@ double tail_probability(double y, double mean, double variance) {
     if (!(variance > 0) || !(mean > 0)) return y == mean ? 1 : 0;
     const double shape = mean * mean / variance, x = std::max(0.0, y) * mean / variance;
     if (shape > kManyPhotons) return 0.5 * std::erfc(std::abs(y - mean) / std::sqrt(2 * variance));
+    const FloatTraps library(FloatTraps::off);
     return y > mean ? boost::math::gamma_q(shape, x) : boost::math::gamma_p(shape, x);
 }
 

@@ -11,7 +11,8 @@
 
 namespace pim {
 
-inline constexpr double kFalseAlarms = 1e-6;  // per patch and fit, of which a bake has up to a million; of clean data
+inline constexpr double kFalseAlarms =
+    1e-6;  // per patch and fit, of which a bake has up to a million; of clean data
 
 // What a linear fit of all samples left, per patch; means of the channels throughout.
 struct LinearFit {

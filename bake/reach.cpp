@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "common/core/float_traps.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
@@ -16,6 +17,7 @@ namespace {
 
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 20;
 constexpr uint64_t kPhotonBlock = 4096;
+constexpr int kFarEnough = 32;  // surfaces: by then a photon has seen what it will, also between white walls
 constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled when a doubling moves less
 constexpr double kLitShare = 0.1;     // of the mean irradiance: darker cells need not settle
 constexpr double kOpenShare = 5e-3;  // of the area: ... and less than this has seen no photon and is not dark
@@ -112,7 +114,7 @@ class Pass {
                     places(scene_.bake.seed, RandomPurpose::reach_lamp, 0, photon);
                 trace_photon(
                     scene_, caster_, light, random_lamp_position(light, allowed_, places), random,
-                    [&](const Landing& landing) { count(landing.surface); }, ignored);
+                    [&](const Landing& landing) { count(landing.surface); }, ignored, kFarEnough);
             }
             progress.advance(kPhotonBlock);
         });
@@ -184,7 +186,9 @@ class Pass {
         if (own >= n || rest <= 1e-6 * whole_area)
             return;  // nothing brighter in the cell: nothing to leave out
         const double p = kDarkShare * area / (kDarkShare * area + rest);
-        if (own < n * p && boost::math::ibetac(own + 1, n - own, p) < kDoubt)  // P(X <= own)
+        if (!(own < n * p)) return;
+        const FloatTraps library(FloatTraps::off);
+        if (boost::math::ibetac(own + 1, n - own, p) < kDoubt)  // P(X <= own)
             for (const std::size_t f : fragments) dark_[f] = 1;
     }
 

@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "common/core/float_traps.h"
+
 namespace pim {
 namespace {
 
@@ -68,6 +70,7 @@ class RobustProblem {
         options.function_tolerance = 1e-9;
         options.logging_type = ceres::SILENT;
         ceres::Solver::Summary summary;
+        const FloatTraps library(FloatTraps::off);
         ceres::Solve(options, &problem, &summary);
         fit.iterations = int(summary.iterations.size());
         fit.converged = summary.termination_type == ceres::CONVERGENCE && fit.coefficients.allFinite();

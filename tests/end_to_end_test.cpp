@@ -13,28 +13,18 @@
 #include "common/core/file.h"
 #include "common/map/vdb_file.h"
 #include "tests/baked_scenes.h"
+#include "tests/programs.h"
 
 namespace pim {
 namespace {
 
-struct Outcome {
-    int code;
-    std::string text;  // stdout and stderr
-};
-
-Outcome run(const std::string& command) {
-    const fs::path log = test_folder() / "log.txt";
-    const int status =
-        std::system((std::string(PIM_BIN) + "/" + command + " >" + log.string() + " 2>&1").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_text(log)};
-}
+Outcome run(const std::string& command) { return run_program(command, test_folder()); }
 
 void expect_failure(const std::string& command, int code, const std::vector<std::string>& words) {
     const Outcome outcome = run(command);
     EXPECT_EQ(outcome.code, code) << command << "\n" << outcome.text;
     for (const std::string& word : words)
-        EXPECT_NE(outcome.text.find(word), std::string::npos) << command << " should name '" << word << "':\n"
-                                                              << outcome.text;
+        EXPECT_TRUE(outcome.names(word)) << command << " should name '" << word << "':\n" << outcome.text;
 }
 
 const std::string kCornell = std::string(PIM_DATA) + "/cornell/cornell.glb";

@@ -10,7 +10,7 @@
 #include "bake/fit.h"
 #include "bake/outliers.h"
 #include "common/core/random.h"
-#include "test_scenes.h"
+#include "stability_table.h"
 
 namespace pim {
 namespace {
@@ -165,7 +165,10 @@ TEST(RobustPass, SpoiledSamplesHardlyMatter) {
             if (hit[p] && sample_is_hit(random)) volume.density[p] *= 100, volume.variance[p] *= 10000;
     const double plain = sheet.error(sheet.fit(Robust::off)),
                  robust = sheet.error(sheet.fit(Robust::automatic));
-    fmt::print("clean {:.4f}, spoiled: least squares {:.4f}, robust {:.4f}\n", clean, plain, robust);
+    for (const auto& [data, fit, error] : {std::tuple{"clean", "least squares", clean},
+                                           {"spoiled", "least squares", plain},
+                                           {"spoiled", "robust", robust}})
+        add_to_table("spoiled", {data, fit, fmt::format("{:.4f}", error)});
     EXPECT_GT(plain, 10 * clean);
     EXPECT_LE(robust, 1.2 * clean);
 }

@@ -63,7 +63,8 @@ float srgb_decode(float encoded) {
 
 void check_image_name(const std::filesystem::path& path) {
     if (path.extension() != ".exr" && path.extension() != ".png")
-        throw UsageError(fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
+        throw UsageError(
+            fmt::format("{}: pictures are written as .exr or .png; name the file so", path.string()));
 }
 
 void write_image(const std::filesystem::path& path, const Image& image, float exposure) {

@@ -9,6 +9,7 @@
 #include <exception>
 #include <mutex>
 
+#include "common/core/float_traps.h"
 #include "common/core/interrupt.h"
 
 namespace pim {
@@ -35,6 +36,7 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
         if (failed) return;
         try {
             throw_if_interrupted();
+            const FloatTraps ours(FloatTraps::on);
             body(i);
         } catch (...) {
             const std::lock_guard lock(mutex);

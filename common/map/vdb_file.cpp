@@ -12,6 +12,7 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
+#include "common/core/float_traps.h"
 
 namespace pim {
 namespace {
@@ -150,6 +151,7 @@ struct VdbWriter::Implementation {
 VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata,
                      const VdbTransform& transform, int grid_count)
     : implementation_(std::make_unique<Implementation>()) {
+    const FloatTraps library(FloatTraps::off);
     initialise();
     Implementation& i = *implementation_;
     i.path = path;
@@ -166,6 +168,7 @@ VdbWriter::~VdbWriter() = default;
 
 void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& v,
                     int channels) {
+    const FloatTraps library(FloatTraps::off);
     openvdb::GridBase::Ptr grid;
     if (channels == 1)
         grid = make_grid<FloatGrid>(cells, [&](std::size_t i) { return v[i]; });
@@ -179,6 +182,7 @@ void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, c
 }
 
 void VdbWriter::finish() {
+    const FloatTraps library(FloatTraps::off);
     Implementation& i = *implementation_;
     if (i.missing != 0) throw std::logic_error("VdbWriter: fewer or more grids than announced");
     append_trailer(i.file);
@@ -204,6 +208,7 @@ struct VdbReader::Implementation {
 
 VdbReader::VdbReader(const std::filesystem::path& path, Access access)
     : implementation_(std::make_unique<Implementation>()) {
+    const FloatTraps library(FloatTraps::off);
     initialise();
     implementation_->path = path;
     if (!std::filesystem::is_regular_file(path))
@@ -237,6 +242,7 @@ int VdbReader::channels(const std::string& name) const {
 }
 
 std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
+    const FloatTraps library(FloatTraps::off);
     std::vector<Index3> cells;
     const auto collect = [&](const auto& grid) {
         for (auto it = grid.cbeginValueOn(); it; ++it)
@@ -252,6 +258,7 @@ std::vector<Index3> VdbReader::active_cells(const std::string& name) const {
 
 std::vector<float> VdbReader::values(const std::string& name, const std::vector<Index3>& cells,
                                      int channels) const {
+    const FloatTraps library(FloatTraps::off);
     std::vector<float> values;
     values.reserve(cells.size() * channels);
     const auto grid = implementation_->read(name);

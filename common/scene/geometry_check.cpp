@@ -15,6 +15,8 @@
 #include <numeric>
 #include <set>
 
+#include "common/core/float_traps.h"
+
 namespace pim {
 namespace {
 
@@ -169,6 +171,7 @@ Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
 Solids::~Solids() = default;
 
 std::string Solids::containing(const Vec3& point) const {
+    const FloatTraps library(FloatTraps::off);
     for (const auto& solid : implementation_->solids)
         if (solid->contains(point)) return solid->name;
     return {};
@@ -181,6 +184,7 @@ std::vector<std::string> Solids::names() const {
 }
 
 bool triangle_meets_box(const std::array<Vec3, 3>& c, const Box3d& box) {
+    const FloatTraps library(FloatTraps::off);
     const Kernel::Triangle_3 triangle(to_point(c[0]), to_point(c[1]), to_point(c[2]));
     return CGAL::do_intersect(triangle,
                               CGAL::Bbox_3(box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));

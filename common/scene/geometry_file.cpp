@@ -50,8 +50,9 @@ class Reader {
 
     GeometryFile read() {
         importer_.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-        source_ = importer_.ReadFile(
-            path_.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices);
+        source_ = importer_.ReadFile(path_.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+        // Joining takes a vertex that is no number for any other; left alone, mend() finds its triangles.
+        if (source_ && all_finite()) source_ = importer_.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
         if (!source_ || !source_->mRootNode)
             throw Error(fmt::format("{}: the geometry cannot be read: {}", path_.string(),
                                     importer_.GetErrorString()));
@@ -70,6 +71,15 @@ class Reader {
     }
 
   private:
+    bool all_finite() const {
+        for (unsigned m = 0; m < source_->mNumMeshes; ++m)
+            for (unsigned v = 0; v < source_->mMeshes[m]->mNumVertices; ++v) {
+                const aiVector3D& p = source_->mMeshes[m]->mVertices[v];
+                if (!std::isfinite(p.x + p.y + p.z)) return false;
+            }
+        return true;
+    }
+
     // --- materials ---
     void add_material(const aiMaterial& source, unsigned index) {
         Material& material = file_.materials.emplace_back();

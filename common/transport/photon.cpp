@@ -15,9 +15,9 @@ struct Photon {
 };
 
 Fate follow(const Scene& scene, const RayCaster& caster, Photon& photon, RandomStream& random,
-            const LandingFunction& landed) {
+            const LandingFunction& landed, int most_surfaces) {
     bool begins_specular = false, all_specular = true;
-    for (int met = 0; met < kMaxPhotonBounces; ++met) {
+    for (int met = 0; met < most_surfaces; ++met) {
         const auto hit = caster.intersect(photon.ray);
         if (!hit) return Fate::escaped;
         const SurfacePoint surface = surface_at(scene, *hit);
@@ -62,10 +62,11 @@ Vec3d EnergyAccount::standard_error() const {
 }
 
 void trace_photon(const Scene& scene, const RayCaster& caster, const Light& light, const Vec3& light_position,
-                  RandomStream& random, const LandingFunction& landed, EnergyAccount& account) {
+                  RandomStream& random, const LandingFunction& landed, EnergyAccount& account,
+                  int most_surfaces) {
     const Emission start = sample_emission(light, light_position, random);
     Photon photon{.ray = {start.origin, start.direction}, .lost = {}};
-    const Fate fate = follow(scene, caster, photon, random, landed);
+    const Fate fate = follow(scene, caster, photon, random, landed, most_surfaces);
     EnergyAccount& own = photon.lost;
     own.emitted = 1;
     own.absorbed = fate == Fate::absorbed;

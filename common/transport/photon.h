@@ -40,9 +40,10 @@ struct Landing {
 };
 
 // Calls landed(landing) wherever the photon meets a surface other than glass. One photon's share of the
-// account is added to it.
+// account is added to it; what is left after `most_surfaces` counts as cut off.
 using LandingFunction = std::function<void(const Landing&)>;
 void trace_photon(const Scene& scene, const RayCaster& caster, const Light& light, const Vec3& light_position,
-                  RandomStream& random, const LandingFunction& landed, EnergyAccount& account);
+                  RandomStream& random, const LandingFunction& landed, EnergyAccount& account,
+                  int most_surfaces = kMaxPhotonBounces);
 
 }  // namespace pim

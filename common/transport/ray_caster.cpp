@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "common/core/error.h"
+#include "common/core/float_traps.h"
 
 namespace pim {
 namespace {
@@ -77,6 +78,7 @@ std::optional<Hit> RayCaster::intersect(const Ray& ray) const {
     query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    const FloatTraps library(FloatTraps::off);
     rtcIntersect1(implementation_->scene, &context, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const Vec3 normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
@@ -88,6 +90,7 @@ bool RayCaster::occluded(const Ray& ray) const {
     RTCRay query = to_embree(ray);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    const FloatTraps library(FloatTraps::off);
     rtcOccluded1(implementation_->scene, &context, &query);
     return query.tfar < 0;
 }
@@ -132,12 +135,14 @@ void RayCaster::intersect(HitPacket& packet) const {
     const ActiveLanes active(packet.rays);
     std::fill_n(packet.geometry, RayPacket::kSize, RTC_INVALID_GEOMETRY_ID);
     RTCIntersectContext context = coherent();
+    const FloatTraps library(FloatTraps::off);
     rtcIntersect16(active.valid, implementation_->scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
 }
 
 void RayCaster::occluded(RayPacket& packet) const {
     const ActiveLanes active(packet);
     RTCIntersectContext context = coherent();
+    const FloatTraps library(FloatTraps::off);
     rtcOccluded16(active.valid, implementation_->scene, &context, reinterpret_cast<RTCRay16*>(&packet));
 }
 

@@ -13,6 +13,25 @@ namespace {
 
 using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
 
+// What a part of a cell with two layers does not see: a place there sees as the nearer one does.
+struct LayeredSight {
+    std::array<std::array<Unseen, 2>, 3> unseen{};  // [axis][in front, behind]
+    std::array<std::array<Vec3, 2>, 3> centre;      // of the patches, in cells from the lowest of the eight
+    uint8_t two = 0;                                // a bit for each axis that has both; others: [axis][0]
+
+    UnseenByAxis at(const Vec3& place, const Vec3& normal) const {
+        UnseenByAxis nearer{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto distance = [&](std::size_t layer) {
+                return std::abs(normal.dot(centre[axis][layer] - place));
+            };
+            const bool behind = (two >> axis & 1) && distance(1) < distance(0);
+            nearer[axis] = unseen[axis][behind];
+        }
+        return nearer;
+    }
+};
+
 // The patches around eight cell centres that surfaces of some facings look up.
 struct Stencil {
     std::vector<StencilEntry> entries;
@@ -22,6 +41,7 @@ struct Stencil {
     uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
     uint64_t known = 0;            // a bit for each part of them of which `unseen` is filled in
     std::vector<UnseenByAxis> unseen;
+    std::vector<std::pair<int, LayeredSight>> layers;  // by part, of those with two layers that were met
 };
 
 class StencilMaker {
@@ -273,19 +293,43 @@ class TileBuilder {
     // What a point does not see: the same all over a part of a cell, if that has but one layer. `home`,
     // `row`: see kCellRows, kLocatedRows.
     UnseenByAxis unseen_at(Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
-        const bool kept = !(stencil.layered >> (home % kCornerCount) & 1);
-        if (kept && (stencil.known >> home & 1)) return stencil.unseen[std::size_t(home)];
+        const bool layered = stencil.layered >> (home % kCornerCount) & 1;
+        if (!layered && (stencil.known >> home & 1)) return stencil.unseen[std::size_t(home)];
         const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
             place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        if (layered) return layers_of(stencil, low, mask, home).at(place, normal);
         const auto by_facing = unseen_from(view_.map_, low, place, normal, mask);
         UnseenByAxis unseen{};
         for (std::size_t k = 0; k < kFacingCount; ++k) unseen[k / 2] |= by_facing[k];
-        if (kept) {
-            stencil.unseen.resize(kCornerCount * kCornerCount);
-            stencil.unseen[std::size_t(home)] = unseen;
-            stencil.known |= uint64_t{1} << home;
-        }
+        stencil.unseen.resize(kCornerCount * kCornerCount);
+        stencil.unseen[std::size_t(home)] = unseen;
+        stencil.known |= uint64_t{1} << home;
         return unseen;
+    }
+
+    const LayeredSight& layers_of(Stencil& stencil, const Index3& low, int mask, int home) const {
+        const auto known = std::ranges::find(stencil.layers, home, [](const auto& l) { return l.first; });
+        if (known != stencil.layers.end()) return known->second;
+        const Index3 step(home & 1, home >> 1 & 1, home >> 2 & 1);
+        int part = 0;  // the half of the cell towards the other seven, and which of its two fine cells
+        for (int axis = 0; axis < 3; ++axis)
+            part |= ((step[axis] ? 0 : kFinePerCell / 2) + (home >> (3 + axis) & 1)) << 2 * axis;
+        const auto* patches = view_.map_.index.find_cell(low + step);
+        LayeredSight sight;
+        for (int k = 0; k < kFacingCount && patches; ++k) {
+            if (!(mask >> k & 1)) continue;
+            const auto axis = std::size_t(k / 2);
+            std::size_t layers = 0;
+            for (const int patch : {(*patches)[std::size_t(k)], (*patches)[std::size_t(k + kFacingCount)]}) {
+                if (patch < 0) continue;
+                sight.unseen[axis][layers] = view_.map_.sight.unseen(std::size_t(patch), part, k);
+                sight.centre[axis][layers++] =
+                    view_.map_.patches[std::size_t(patch)].centre / float(view_.map_.grid.cell_size) +
+                    Vec3(step);
+            }
+            if (layers == 2) sight.two |= uint8_t(1 << axis);
+        }
+        return stencil.layers.emplace_back(home, sight).second;
     }
 
     uint32_t group_of(Stencil& stencil) {
