@@ -20,6 +20,8 @@ namespace {
 using openvdb::FloatGrid;
 using openvdb::Vec3SGrid;
 
+// OpenVDB refuses voxels of less than 3e-15 m³; such grids are placed in micrometres.
+constexpr double kSmallestVoxel = 2e-5, kMicrometre = 1e-6;
 constexpr std::size_t kIdentifierStart = 21, kIdentifierLength = 36;
 
 void initialise() {
@@ -158,9 +160,10 @@ VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metad
     i.missing = grid_count;
     i.file.open(path, std::ios::binary);
     if (!i.file) throw Error(fmt::format("{}: cannot be written", path.string()));
-    i.transform = openvdb::math::Transform::createLinearTransform(transform.voxel_size);
-    i.transform->postTranslate(
-        {transform.first_centre.x, transform.first_centre.y, transform.first_centre.z});
+    const double unit = transform.voxel_size < kSmallestVoxel ? kMicrometre : 1;
+    const Vec3d first = transform.first_centre / unit;
+    i.transform = openvdb::math::Transform::createLinearTransform(transform.voxel_size / unit);
+    i.transform->postTranslate({first.x, first.y, first.z});
     i.stream = std::make_unique<GridStream>(i.file, to_openvdb(metadata), grid_count);
 }
 

@@ -16,7 +16,8 @@ namespace pim {
 
 using VdbMetadata = std::map<std::string, std::variant<std::string, double, int64_t, Vec3d>>;
 
-// Where voxels stand: the centre of voxel (0,0,0) in world space and the distance of centres, m.
+// Where voxels stand: the centre of voxel (0,0,0) in world space and the distance of centres, m. Grids of
+// voxels smaller than 20 µm say it in micrometres.
 struct VdbTransform {
     Vec3d first_centre{0};
     double voxel_size = 1;

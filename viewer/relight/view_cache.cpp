@@ -5,6 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "common/core/float_traps.h"
 #include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
 
@@ -199,6 +200,7 @@ class TileBuilder {
                             packet.v,
                             {packet.normal[0], packet.normal[1], packet.normal[2]},
                             {packet.rays.direction[0], packet.rays.direction[1], packet.rays.direction[2]}};
+        const FloatTraps lanes_without_a_hit(FloatTraps::off);
         view_.kernels_.locate(view_.triangles_.data(), hits, view_.grid_,
                               &scratch_.rows[std::size_t(block) * kLocatedRows * kLanes], cells);
     }
