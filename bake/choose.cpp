@@ -115,7 +115,8 @@ class Chooser {
         if (scene_.choices.cells && !scene_.grid.bounds) choose_bounds(caster, allowed);
         held_out_.emplace(scene_, caster, solids, held_out_size());
         const Stopwatch watch;
-        time_photons(caster, allowed);
+        if (has_budget())  // and counting them
+            photon_seconds_ = 1.5 * time_photons(scene_, caster, allowed).seconds_per_photon;
         choose_reach();
         GridSearch search(scene_, caster, allowed, *held_out_, wanted_square(), first_photons());
         double last = watch.seconds();
@@ -196,23 +197,6 @@ class Chooser {
         return grid_.square < kGridShare * goal()
                    ? "the fewest photons for the target"
                    : "no others come nearer to the target, which they alone miss";
-    }
-
-    void time_photons(const RayCaster& caster, const PositionFilter& allowed) {
-        if (!has_budget()) return;
-        constexpr uint64_t kTrial = 1 << 15;
-        const Stopwatch trial;
-        parallel_for(64, [&](std::size_t block) {
-            EnergyAccount ignored;
-            for (uint64_t i = 0; i < kTrial / 64; ++i) {
-                RandomStream random(scene_.bake.seed, RandomPurpose::reach, 2, block << 20 | i);
-                const Light& light = scene_.lights[i % scene_.lights.size()];
-                const Vec3 from = random_lamp_position(light, allowed, random);
-                trace_photon(
-                    scene_, caster, light, from, random, [](const Landing&) {}, ignored);
-            }
-        });
-        photon_seconds_ = 1.5 * trial.seconds() / double(kTrial);  // and counting them
     }
 
     // So many per position that a few doublings of the first positions hold all that are needed.

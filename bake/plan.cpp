@@ -2,40 +2,13 @@
 #include "bake/plan.h"
 
 #include "bake/bake.h"
+#include "bake/tracing.h"
 #include "common/core/log.h"
-#include "common/core/parallel.h"
-#include "common/core/stopwatch.h"
 #include "common/map/polynomial.h"
 #include "common/scene/scene_file.h"
 
 namespace pim {
 namespace {
-
-struct Trial {
-    double seconds_per_photon, surfaces_per_photon;
-};
-
-// A few photons from each lamp.
-Trial time_photons(const Scene& scene, const RayCaster& caster) {
-    constexpr std::size_t kBlocks = 64;
-    constexpr uint64_t kPhotons = 512;
-    std::vector<uint64_t> landings(kBlocks);
-    const Stopwatch watch;
-    parallel_for(kBlocks, [&](std::size_t block) {
-        EnergyAccount ignored;
-        for (uint64_t i = 0; i < kPhotons; ++i) {
-            RandomStream random(scene.bake.seed, RandomPurpose::reach_lamp, uint32_t(block + 1), i);
-            const Light& light = scene.lights[i % scene.lights.size()];
-            trace_photon(
-                scene, caster, light, light.position, random, [&](const Landing&) { ++landings[block]; },
-                ignored);
-        }
-    });
-    const double seconds = watch.seconds();
-    uint64_t all = 0;
-    for (const uint64_t n : landings) all += n;
-    return {seconds / double(kBlocks * kPhotons), double(all) / double(kBlocks * kPhotons)};
-}
 
 double bytes_of_map(const Scene& scene, std::size_t patches) {
     double numbers = 0;
@@ -56,8 +29,8 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
     const Solids solids = solids_of(scene);
     std::vector<std::string> warnings;
     const auto samples = all_light_samples(scene, solids, warnings);
-    const Cells cells =
-        find_cells(scene, caster, [&](const Vec3& p) { return solids.containing(p).empty(); });
+    const PositionFilter allowed = [&](const Vec3& p) { return solids.containing(p).empty(); };
+    const Cells cells = find_cells(scene, caster, allowed);
     if (is_automatic(scene))
         warnings.push_back(
             "the bake chooses some of cells, photons, lamp positions, boxes and degree by itself as it goes; "
@@ -73,7 +46,7 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
                             "advised",
                             light.name, own, boxes.size(), terms, 4 * terms * boxes.size()));
     }
-    const Trial trial = time_photons(scene, caster);
+    const PhotonTrial trial = time_photons(scene, caster, allowed);
     const double photons = double(scene.bake.photons) * double(samples.size()),
                  patches = double(cells.patches.size());
     const double map_bytes = bytes_of_map(scene, cells.patches.size());

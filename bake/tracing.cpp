@@ -83,6 +83,27 @@ void Tracing::note_seconds(const char* key, double seconds) const {
     });
 }
 
+PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+    constexpr std::size_t kBlocks = 64;
+    constexpr uint64_t kPhotons = 512;
+    std::vector<uint64_t> landings(kBlocks);
+    const Stopwatch watch;
+    parallel_for(kBlocks, [&](std::size_t block) {
+        EnergyAccount ignored;
+        for (uint64_t i = 0; i < kPhotons; ++i) {
+            RandomStream random(scene.bake.seed, RandomPurpose::reach, 2, block << 20 | i);
+            const Light& light = scene.lights[i % scene.lights.size()];
+            const Vec3 from = random_lamp_position(light, allowed, random);
+            trace_photon(
+                scene, caster, light, from, random, [&](const Landing&) { ++landings[block]; }, ignored);
+        }
+    });
+    const double seconds = watch.seconds(), photons = double(kBlocks * kPhotons);
+    uint64_t all = 0;
+    for (const uint64_t n : landings) all += n;
+    return {seconds / photons, double(all) / photons};
+}
+
 Solids solids_of(const Scene& scene) {
     std::vector<Vec3> eyes;
     for (const Camera& camera : scene.cameras) eyes.push_back(camera.eye);

@@ -37,4 +37,10 @@ class Tracing {
 
 Solids solids_of(const Scene& scene);
 
+// What a photon costs on this machine, from some thousand of all lamps.
+struct PhotonTrial {
+    double seconds_per_photon, surfaces_per_photon;
+};
+PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed);
+
 }  // namespace pim

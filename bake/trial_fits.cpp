@@ -59,6 +59,8 @@ TrialFits::AtPositions TrialFits::fitted(std::size_t light, const Light& as, int
     const Lamp& lamp = lamps_[light];
     BakeSettings settings = tracing_.scene().bake;
     settings.degree = degree;
+    settings.robust = Robust::off;  // these cost more than the fit, and change the error by a percent or two
+    settings.mend_signs = false;
     IlluminationMap map;
     map.patches.resize(held_out_.patches().size());
     map.mend_signs = false;

@@ -416,6 +416,7 @@ class TileBuilder {
     }
 
     void weigh() {
+        const FloatTraps lanes_without_a_point(FloatTraps::off);
         for (std::size_t g = 0; g < tile_.groups.size(); ++g) {
             const PointGroup& group = tile_.groups[g];
             for (uint32_t b = 0; b < group.blocks && group.patches > 0; ++b) {
