@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "baked_scenes.h"
+#include "base64.h"
 #include "common/map/map_file.h"
 #include "programs.h"
 #include "stability_table.h"
@@ -294,27 +295,15 @@ TEST(Settings, ABillionPhotonsArePlanned) {
 
 // ---- the same room at other sizes and places
 
-std::string base64(const std::string& bytes) {
-    static const char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    for (std::size_t i = 0; i + 2 < bytes.size(); i += 3) {  // multiples of three
-        const unsigned word =
-            unsigned(uint8_t(bytes[i])) << 16 | unsigned(uint8_t(bytes[i + 1])) << 8 | uint8_t(bytes[i + 2]);
-        for (int shift = 18; shift >= 0; shift -= 6) text += kDigits[word >> shift & 63];
-    }
-    return text;
-}
-
 // The room as glTF, its node scaled and moved: triangles with vertices of their own.
 std::string room_gltf(double size, double shift) {
     constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                   {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-    std::string bytes;
+    std::vector<float> corners;
     for (const auto& face : kFaces)
         for (const int corner : {0, 1, 2, 0, 2, 3}) {
             const int k = face[corner];
-            for (const float x : {k & 1 ? 4.0f : 0, k & 2 ? 3.0f : 0, k & 4 ? 5.0f : 0})
-                bytes.append(reinterpret_cast<const char*>(&x), 4);
+            corners.insert(corners.end(), {k & 1 ? 4.0f : 0, k & 2 ? 3.0f : 0, k & 4 ? 5.0f : 0});
         }
     return fmt::format(
         R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"name":"room",)"
@@ -324,7 +313,7 @@ std::string room_gltf(double size, double shift) {
         R"("accessors":[{{"bufferView":0,"componentType":5126,"count":36,"type":"VEC3","min":[0,0,0],"max":[4,3,5]}}],)"
         R"("bufferViews":[{{"buffer":0,"byteLength":432}}],"buffers":[{{"byteLength":432,)"
         R"("uri":"data:application/octet-stream;base64,{2}"}}]}})",
-        size, shift, base64(bytes));
+        size, shift, base64(corners));
 }
 
 // A picture of the room; power grows with its area, so that radiance stays.

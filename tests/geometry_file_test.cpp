@@ -11,6 +11,7 @@
 #include "common/core/log.h"
 #include "common/scene/scene_file.h"
 #include "common/transport/surface.h"
+#include "base64.h"
 #include "temporary_folder.h"
 
 namespace pim {
@@ -104,18 +105,6 @@ TEST(ReadGeometry, TextureOfAnObj) {
 }
 
 // --- glTF ---
-
-std::string base64(const std::vector<float>& numbers) {
-    static const char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string bytes(numbers.size() * 4, '\0'), text;
-    std::memcpy(bytes.data(), numbers.data(), bytes.size());
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {  // 36 bytes per triangle: no padding
-        const unsigned word =
-            unsigned(uint8_t(bytes[i])) << 16 | unsigned(uint8_t(bytes[i + 1])) << 8 | uint8_t(bytes[i + 2]);
-        for (int shift = 18; shift >= 0; shift -= 6) text += kDigits[word >> shift & 63];
-    }
-    return text;
-}
 
 // The triangle (0,0,0) (1,0,0) (0,2,0); `nodes`, `materials` and the rest as JSON.
 std::string gltf(const std::string& nodes, int node_count, const std::string& material = "{}",
