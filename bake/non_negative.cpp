@@ -16,7 +16,7 @@ constexpr int kMostSplits = 10000;
 constexpr double kRounding = 1e-4;    // of the mean: coefficients become floats
 constexpr double kNothing = 1e-9;     // of the mean
 constexpr double kLittleLost = 0.98;  // a larger share is not worth a quadratic programme
-constexpr int kLattice = 7, kMostSweeps = 300;
+constexpr int kLattice = 7, kMostRounds = 6, kSweeps = 20;
 constexpr double kCloseEnough = 1e-3;  // of the mean: how far below zero lattice points may stay
 
 // Bernstein coefficients of 1, u, u², u³ over [-1,1] in degree 3.
@@ -185,17 +185,28 @@ Cubic SignMender::cubic(const Eigen::RowVectorXd& orthonormal) const {
 }
 
 void SignMender::lift(Eigen::Ref<Eigen::RowVectorXd> orthonormal) const {
-    Eigen::VectorXd value = values_ * orthonormal.transpose(), pushed = Eigen::VectorXd::Zero(value.size());
+    const Eigen::VectorXd before = values_ * orthonormal.transpose();
     const double enough = -kCloseEnough * orthonormal(0) / constant_;
-    for (int sweep = 0; sweep < kMostSweeps && value.minCoeff() < enough; ++sweep)
-        for (Eigen::Index i = 0; i < value.size(); ++i) {
-            if (!(influence_(i, i) > 0)) continue;
-            const double step = std::max(-pushed(i), -value(i) / influence_(i, i));
-            if (step == 0) continue;
-            pushed(i) += step;
-            value += step * influence_.col(i);
-        }
-    orthonormal += pushed.transpose() * moves_;
+    std::vector<Eigen::Index> points;  // that were below zero at some time: few of all
+    Eigen::VectorXd value = before, push;
+    for (int round = 0; round < kMostRounds && value.minCoeff() < enough; ++round) {
+        for (Eigen::Index i = 0; i < value.size(); ++i)
+            if (value(i) < 0 && influence_(i, i) > 0 && std::ranges::find(points, i) == points.end())
+                points.push_back(i);
+        const auto count = Eigen::Index(points.size());
+        push.conservativeResizeLike(Eigen::VectorXd::Zero(count));
+        const Eigen::MatrixXd influence = influence_(points, points);
+        Eigen::VectorXd own = value(points);
+        for (int sweep = 0; sweep < kSweeps && own.minCoeff() < enough; ++sweep)
+            for (Eigen::Index i = 0; i < count; ++i) {
+                const double step = std::max(-push(i), -own(i) / influence(i, i));
+                if (step == 0) continue;
+                push(i) += step;
+                own += step * influence.col(i);
+            }
+        value = before + influence_(Eigen::all, points) * push;
+    }
+    if (!points.empty()) orthonormal += push.transpose() * moves_(points, Eigen::all);
 }
 
 uint8_t SignMender::mend(Cubic& cubic, Eigen::Ref<Eigen::RowVectorXd> orthonormal) const {
