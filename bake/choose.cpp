@@ -31,7 +31,8 @@ constexpr int kRounds = 4;  // of doubling, about, that the photons per position
 constexpr double kMostPositions = 2000;
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
 constexpr double kPatchPhotons = 150;    // photons that cost as much time as keeping a patch in all volumes
-constexpr double kReadSeconds = 1e-7;    // of the last fit, per lamp position and patch; about
+constexpr double kReadSeconds = 7e-7;    // of the last fit, per lamp position and patch; about
+constexpr double kMendSeconds = 5e-5;    // ... per box and patch
 constexpr double kWriteSeconds = 3e-7;   // ... per box, patch and term
 constexpr int kMostBoxes = 16;           // per axis
 constexpr double kMostBoxesInAll = 512;
@@ -323,7 +324,7 @@ class Chooser {
         for (const Light& light : lights_) boxes += double(light.boxes.x * light.boxes.y * light.boxes.z);
         const double positions = photons_in_all() / double(scene_.bake.photons);
         const double terms = moving_terms();
-        const double end = open_seconds_ + 0.3 + kWriteSeconds * patches * boxes * terms;
+        const double end = open_seconds_ + 0.3 + patches * boxes * (kMendSeconds + kWriteSeconds * terms);
         const double as_far =
             positions * (photon_seconds_ * double(scene_.bake.photons) + kReadSeconds * patches);
         const double more = (left() - end - judge_seconds_) / (as_far + judge_seconds_);
