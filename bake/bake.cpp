@@ -70,8 +70,6 @@ class Bake {
                 "{}: {} of {} lamp positions are not traced yet; run `bake trace` for the missing "
                 "parts",
                 work().path().string(), missing, samples_.size()));
-        if (scene_.bake.robust == Robust::automatic)
-            log_debug("robust = \"auto\": no robust fit exists yet, so it is off");
         IlluminationMap map = empty_map();
         for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
         map.left_out = left_out(scene_, cells_);
@@ -169,11 +167,10 @@ class Bake {
             "{:.4f} {:.4f} {:.4f} cut off, sum {:.4f} {:.4f} {:.4f} (standard error {:.4f} {:.4f} {:.4f})",
             a.x, a.y, a.z, e.x, e.y, e.z, c.x, c.y, c.z, sum.x, sum.y, sum.z, error.x, error.y, error.z));
         if (total.absorbed < kFewPhotons)
-            log_warning(
-                fmt::format("only {} of {} photons ended on a surface: the map holds little but noise; does "
-                            "the lamp shine "
-                            "on the scene, and are there enough photons?",
-                            total.absorbed, total.emitted));
+            log_warning(fmt::format(
+                "only {} of {} photons ended on a surface: the map holds little but noise; does the "
+                "lamp shine on the scene, and are there enough photons?",
+                total.absorbed, total.emitted));
         if (std::max({c.x, c.y, c.z}) > 0.01)
             log_warning(
                 fmt::format("photons were cut off after {} surfaces with {:.1f} % of the flux: surfaces "

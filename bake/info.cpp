@@ -157,10 +157,9 @@ std::string info_text(const nlohmann::json& i) {
     const auto percent = [&](const nlohmann::json& share) { return 100 * share.get<double>(); };
     text += fmt::format(
         "fits of patches: {:.1f} % of degree 3, {:.1f} % of 2, {:.1f} % of 1, {:.1f} % constant; {:.2g} % "
-        "robust, "
-        "{:.2g} % where that failed; {:.2g} % mended where they went below zero, {:.2g} % black for a "
-        "negative "
-        "mean; {} go below zero\n",
+        "robust, {:.2g} % where that failed; {:.2g} % mended where they went below zero, {:.2g} % black for "
+        "a "
+        "negative mean; {} go below zero\n",
         percent(f["orders"][3]), percent(f["orders"][2]), percent(f["orders"][1]), percent(f["orders"][0]),
         percent(f["robust"]), percent(f["robust_failed"]), percent(f["mended"]), percent(f["black"]),
         f["negative"].get<uint64_t>());

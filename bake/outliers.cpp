@@ -28,6 +28,13 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
+std::vector<double> LinearFit::at(std::size_t sample) const {
+    std::vector<double> values(std::size_t(along.rows()));
+    Eigen::Map<Eigen::VectorXd>(values.data(), along.rows()) =
+        along * q.row(Eigen::Index(sample)).transpose();
+    return values;
+}
+
 SampleNoise::SampleNoise(const LinearFit& fit, const Neighbourhoods& shared) : shared_(shared) {
     const std::size_t count = fit.noise.size();
     photon_weight_.resize(count), misfit_.resize(count), floor_.resize(count);
@@ -85,12 +92,10 @@ std::vector<uint32_t> patches_with_outliers(const LinearFit& fit, const SampleNo
     const auto samples = std::size_t(fit.q.rows()), patches = fit.noise.size();
     std::vector<std::vector<uint32_t>> found(samples);
     parallel_for(samples, [&](std::size_t m) {
-        const auto row = fit.q.row(Eigen::Index(m));
-        const double free = 1 - row.squaredNorm();
+        const double free = 1 - fit.q.row(Eigen::Index(m)).squaredNorm();
         if (free < 1 - kMostLeverage) return;
         const std::vector<double> density = read(m);
-        std::vector<double> fitted(patches);
-        Eigen::Map<Eigen::VectorXd>(fitted.data(), Eigen::Index(patches)) = fit.along * row.transpose();
+        const std::vector<double> fitted = fit.at(m);
         for (std::size_t p = 0; p < patches; ++p) {
             // Of the other samples alone, what is left grows by 1 / free, its variance likewise.
             const double apart = (density[p] - fitted[p]) / free;

@@ -11,8 +11,8 @@
 
 namespace pim {
 
-inline constexpr double kFalseAlarms =
-    1e-6;  // per patch and fit, of which a bake has up to a million; of clean data
+// Per patch and fit, of which a bake has up to a million; of clean data.
+inline constexpr double kFalseAlarms = 1e-6;
 
 // What a linear fit of all samples left, per patch; means of the channels throughout.
 struct LinearFit {
@@ -20,6 +20,8 @@ struct LinearFit {
     RowMatrix along;    // patch × term
     // Of one sample's density: of its noise as the photons tell, and of the residual. [patch]
     std::vector<double> noise, residual;
+
+    std::vector<double> at(std::size_t sample) const;  // what is fitted there, by patch
 };
 
 // Variance of a sample: photons weigh the same whatever their number, so that their noise goes with the

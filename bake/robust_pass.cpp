@@ -51,9 +51,7 @@ class RobustPass {
         parallel_for(std::size_t(count), [&](std::size_t m) {
             const auto volume = read_volume_(m);
             const auto density = means(volume);
-            std::vector<double> fitted(density.size());
-            Eigen::Map<Eigen::VectorXd>(fitted.data(), Eigen::Index(fitted.size())) =
-                fit_.along * fit_.q.row(Eigen::Index(m)).transpose();
+            const auto fitted = fit_.at(m);
             for (std::size_t i = 0; i < patches.size(); ++i) {
                 const uint32_t p = patches[i];
                 for (int c = 0; c < 3; ++c) all[i].density(Eigen::Index(m), c) = double(volume.density[p][c]);

@@ -29,7 +29,6 @@ struct Refit {
 // Fits of the patches that hold outliers, or of all (Robust::always); those that turn out to hold none are
 // left out. Weights are found for the mean of the channels and serve all three.
 std::vector<Refit> robust_pass(const LinearFit& fit, const Neighbourhoods& shared,
-                               const VolumeReader& read_volume, Robust which,
-                               RobustLoss loss = RobustLoss::tukey);
+                               const VolumeReader& read_volume, Robust which, RobustLoss loss);
 
 }  // namespace pim

@@ -117,9 +117,9 @@ struct Sheet {
         const double slope = 0.3 + 0.7 * double(p % kSide) / kSide;
         return slope * (1 + 0.4 * double(u.x) + 0.2 * double(u.y * u.y) - 0.1 * double(u.x * u.z * u.z));
     }
-    BoxFit fit(Robust robust) const {
+    BoxFit fit(Robust robust, RobustLoss loss = RobustLoss::tukey) const {
         return fit_box(
-            box, positions, {3, false, false, robust}, cells.patches.size(),
+            box, positions, {3, false, false, robust, loss}, cells.patches.size(),
             [&](std::size_t m) { return volumes[m]; }, Neighbourhoods(cells, true));
     }
     double error(const BoxFit& fit) const {
@@ -167,10 +167,16 @@ TEST(RobustPass, SpoiledSamplesHardlyMatter) {
                  robust = sheet.error(sheet.fit(Robust::automatic));
     for (const auto& [data, fit, error] : {std::tuple{"clean", "least squares", clean},
                                            {"spoiled", "least squares", plain},
-                                           {"spoiled", "robust", robust}})
+                                           {"spoiled", "robust, Tukey's loss", robust}})
         add_to_table("spoiled", {data, fit, fmt::format("{:.4f}", error)});
     EXPECT_GT(plain, 10 * clean);
     EXPECT_LE(robust, 1.2 * clean);
+    for (const auto& [name, loss] : {std::pair{"robust, Huber's loss", RobustLoss::huber},
+                                     {"robust, Cauchy's loss", RobustLoss::cauchy}}) {
+        const double other = sheet.error(sheet.fit(Robust::automatic, loss));
+        add_to_table("spoiled", {"spoiled", name, fmt::format("{:.4f}", other)});
+        EXPECT_LE(robust, 1.001 * other);  // the loss that is used serves best
+    }
 }
 
 // A patch that is lit brightly for a few lamp positions together with those around it is no outlier.
