@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/open_parts.h"
 #include "bake/sight_lines.h"
 
 namespace pim {
@@ -178,10 +179,11 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     Cells cells;
     cells.grid = make_grid(scene);
     const SurfaceCells surface(cells.grid, scene.geometry);
-    const std::vector<Fragment> fragments = cut_into_fragments(scene, surface);
+    std::vector<Fragment> fragments = cut_into_fragments(scene, surface);
     for (const Fragment& f : fragments) cells.surface_area += f.area;
     if (scene.grid.reachable_area_only) {
-        const Reach reach = find_reach(scene, caster, surface, fragments, allowed, scene.grid.reach_photons);
+        Reach reach = find_reach(scene, caster, surface, fragments, allowed, scene.grid.reach_photons);
+        keep_open_parts(scene, caster, cells.grid, fragments, reach);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
         build_patches(fragments, keep, cells);
         drop_unreached(fragments, reach, cells);

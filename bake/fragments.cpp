@@ -13,6 +13,8 @@
 namespace pim {
 namespace {
 
+constexpr float kLastPlace = 1023;
+
 using Polygon = std::vector<Vec3d>;
 
 // Parts of a convex polygon below and above a plane across an axis (Sutherland and Hodgman 1974).
@@ -186,6 +188,24 @@ FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, con
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
     const uint64_t yz = uint64_t(grid.size.y) * grid.size.z;
     return {int(key.cell / yz), int(key.cell % yz / grid.size.z), int(key.cell % grid.size.z)};
+}
+
+uint32_t pack_place(const Fragment& fragment, const Vec3& position) {
+    uint32_t packed = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float low = fragment.box.min[axis], size = fragment.box.max[axis] - low;
+        const float share = size > 0 ? std::clamp((position[axis] - low) / size, 0.0f, 1.0f) : 0;
+        packed |= uint32_t(std::lround(share * kLastPlace)) << 10 * axis;
+    }
+    return packed;
+}
+
+Vec3 unpack_place(const Fragment& fragment, uint32_t packed) {
+    Vec3 place = fragment.box.min;
+    for (int axis = 0; axis < 3; ++axis)
+        place[axis] += float(packed >> 10 * axis & 1023) / kLastPlace *
+                       (fragment.box.max[axis] - fragment.box.min[axis]);
+    return place;
 }
 
 std::vector<Fragment> cut_into_fragments(const Scene& scene, const SurfaceCells& cells) {

@@ -27,6 +27,10 @@ struct Fragment {
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
 
+// A place in a fragment's box, 10 bits per axis.
+uint32_t pack_place(const Fragment& fragment, const Vec3& position);
+Vec3 unpack_place(const Fragment& fragment, uint32_t packed);
+
 // Memory that cutting needs, about, and what this machine has; bytes.
 double fragment_bytes(const Scene& scene, const CellGrid& grid);
 double memory_there();

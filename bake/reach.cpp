@@ -71,6 +71,7 @@ class Pass {
           allowed_(allowed),
           table_(surface.grid(), fragments),
           hits_(fragments.size()),
+          landings_(fragments.size(), ~uint64_t{0}),
           dark_(fragments.size()) {
         for (const Fragment& f : fragments) facing_.push_back(uint8_t(main_facing(f)));
     }
@@ -97,6 +98,7 @@ class Pass {
         }
         reach.dark.assign(dark_.begin(), dark_.end());
         reach.hits = std::move(hits_);
+        for (const uint64_t landing : landings_) reach.landings.push_back(uint32_t(landing));
         reach.photons = photons_;
         return reach;
     }
@@ -114,19 +116,31 @@ class Pass {
                     places(scene_.bake.seed, RandomPurpose::reach_lamp, 0, photon);
                 trace_photon(
                     scene_, caster_, light, random_lamp_position(light, allowed_, places), random,
-                    [&](const Landing& landing) { count(landing.surface); }, ignored, kFarEnough);
+                    [&](const Landing& landing) { count(landing.surface, photon); }, ignored, kFarEnough);
             }
             progress.advance(kPhotonBlock);
         });
         photons_ = until;
     }
 
-    void count(const SurfacePoint& s) {
+    void count(const SurfacePoint& s, uint64_t photon) {
         const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
         if (!fine) return;
         const std::size_t f =
             table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
-        if (f < hits_.size()) std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
+        if (f == hits_.size()) return;
+        std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
+        draw(landings_[f], pack_place(fragments_[f], s.position), photon);
+    }
+
+    // One landing of all, the same whatever thread comes first: that of the lowest random number.
+    void draw(uint64_t& kept, uint32_t place, uint64_t photon) const {
+        const uint32_t lot = philox4x32({uint32_t(photon), uint32_t(photon >> 32), place, 0}, {0, 0})[0];
+        const uint64_t drawn = uint64_t(lot) << 32 | place;
+        const std::atomic_ref landing(kept);
+        uint64_t before = landing.load(std::memory_order_relaxed);
+        while (drawn < before && !landing.compare_exchange_weak(before, drawn, std::memory_order_relaxed)) {
+        }
     }
 
     // What a fragment shares with others of its cell and facing at each level, coarse to fine.
@@ -199,6 +213,7 @@ class Pass {
     const PositionFilter& allowed_;
     FragmentTable table_;
     std::vector<uint32_t> hits_;
+    std::vector<uint64_t> landings_;      // per fragment: lot and place
     std::vector<uint8_t> dark_, facing_;  // bytes: written by several threads
     std::vector<double> open_;            // per cell, m² that beside lit surface has seen no photon yet
     double mean_hits_ = 0;                // per m²

@@ -24,8 +24,9 @@ using PositionFilter = std::function<bool(const Vec3&)>;
 Vec3 random_lamp_position(const Light& light, const PositionFilter& allowed, RandomStream& random);
 
 struct Reach {
-    std::vector<bool> dark;      // per fragment
-    std::vector<uint32_t> hits;  // per fragment: photons that landed
+    std::vector<bool> dark;          // per fragment
+    std::vector<uint32_t> hits;      // per fragment: photons that landed
+    std::vector<uint32_t> landings;  // per fragment: where one of these did (pack_place)
     uint64_t photons = 0;
     double moved_area = 0;  // m², whose verdict the last doubling of the photons changed
 };

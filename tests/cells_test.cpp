@@ -103,6 +103,33 @@ TEST(Cells, InsideOfABoxIsLeftOut) {
     EXPECT_NEAR(upwards, 0.125 * 0.125, kRounding);
 }
 
+// A block, turned and open below, covers parts of fragments of the floor: what is under it does not count,
+// and what is left lies where it is seen. 64 places in each of the fragments along its edges decide.
+TEST(Cells, TheFootOfATurnedBlockIsCut) {
+    Scene scene = room_with_cells();
+    add_object(scene);
+    const Vec3 corner(0.33f, 0, 0.52f), a(0.2f, 0, 0.11f), b(0.11f, 0, -0.2f), up(0, 0.3f, 0);
+    for (const auto& [at, edge] :
+         {std::pair(corner, a), std::pair(Vec3(corner + a), b), std::pair(Vec3(corner + a + b), Vec3(-a)),
+          std::pair(Vec3(corner + b), Vec3(-b))})
+        add_quad(scene, at, edge, up);
+    add_quad(scene, corner + up, a, b);
+    const Cells cells = cells_of(scene);
+    const double foot = a.cross(b).length();
+    double floor = 0;
+    for (const Patch& p : cells.patches)
+        if (p.slot % kFacingCount == 2 && p.cell.y == 0) floor += p.area;
+    // Some 30 fragments of 1/32 along each side; their shares come from 64 places spread evenly.
+    EXPECT_NEAR(floor, 1 - foot, 1e-3 * foot);
+    for (const Patch& p : cells.patches) {
+        if (p.slot != 2 || p.cell.y != 0) continue;
+        const Vec3 centre = Vec3(cells.grid.centre(p.cell)) + p.centre - corner;
+        const float u = centre.dot(a) / a.length2(), v = centre.dot(b) / b.length2();
+        const bool well_under = std::min(u, v) > 0.1f && std::max(u, v) < 0.9f;
+        EXPECT_FALSE(well_under);
+    }
+}
+
 TEST(Cells, TwiceThePhotonsChangeLittle) {
     Scene scene = room_with_cells();
     add_object(scene);

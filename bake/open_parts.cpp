@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/open_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "common/core/parallel.h"
+
+namespace pim {
+namespace {
+
+constexpr float kLift = 0.01f;  // cells
+constexpr int kLanes = RayPacket::kSize;
+constexpr int kPackets = 4;
+constexpr int kTries = 8;      // to find one place of a fragment in its box
+constexpr int kWitnesses = 4;  // landings around a fragment that has none
+constexpr int kSpreads = 3;    // times that open places vouch for others
+
+double fraction(double x) { return x - std::floor(x); }
+
+// A plane's axis that projection along loses least, and its other two.
+struct Projection {
+    int axis, u, v;
+    explicit Projection(const Vec3& normal) : axis(0) {
+        for (int i = 1; i < 3; ++i)
+            if (std::abs(normal[i]) > std::abs(normal[axis])) axis = i;
+        u = (axis + 1) % 3;
+        v = (axis + 2) % 3;
+    }
+};
+
+class Opening {
+  public:
+    Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, const Fragment& fragment)
+        : scene_(scene), caster_(caster), fragment_(fragment) {
+        corners_ = scene.geometry.corners(fragment.key.triangle);
+        normal_ = geometric_normal(corners_);
+        const float height = std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
+        lift_ = normal_ * (fragment.key.place % 2 ? -height : height);
+    }
+
+    bool is_degenerate() const { return normal_ == Vec3(0); }
+
+    // Up to kLanes places spread over the fragment; another number, other places.
+    std::vector<Vec3> places(int number) const {
+        std::vector<Vec3> found;
+        for (int i = 0; i < kTries * kLanes && int(found.size()) < kLanes; ++i) {
+            const double n = number * kTries * kLanes + i + 0.5;
+            const auto place =
+                place_at(float(fraction(n * 0.7548776662466927)), float(fraction(n * 0.5698402909980532)));
+            if (place) found.push_back(*place);
+        }
+        return found;
+    }
+
+    // On the triangle's plane.
+    Vec3 flat(Vec3 p) const {
+        const Projection to(normal_);
+        p[to.axis] = corners_[0][to.axis] - ((p[to.u] - corners_[0][to.u]) * normal_[to.u] +
+                                             (p[to.v] - corners_[0][to.v]) * normal_[to.v]) /
+                                                normal_[to.axis];
+        return p;
+    }
+
+    // Marks those that see one of the witnesses, then those that see one of these.
+    std::vector<bool> open(const std::vector<Vec3>& places, std::span<const Vec3> witnesses) const {
+        std::vector<bool> open(places.size(), false);
+        for (const Vec3& witness : witnesses) look(places, open, [&](std::size_t) { return &witness; });
+        for (int spread = 0; spread < kSpreads; ++spread) {
+            const std::vector<bool> before = open;
+            look(places, open, [&](std::size_t i) { return nearest(places, before, places[i]); });
+            if (open == before) break;
+        }
+        return open;
+    }
+
+  private:
+    std::optional<Vec3> place_at(float u, float v) const {
+        const Projection to(normal_);
+        const Box3& box = fragment_.box;
+        Vec3 p = box.min;
+        p[to.u] += u * (box.max[to.u] - box.min[to.u]);
+        p[to.v] += v * (box.max[to.v] - box.min[to.v]);
+        p = flat(p);
+        const float slack = 1e-3f * std::max(box.max[to.u] - box.min[to.u], box.max[to.v] - box.min[to.v]);
+        if (p[to.axis] < box.min[to.axis] - slack || p[to.axis] > box.max[to.axis] + slack) return {};
+        for (int i = 0; i < 3; ++i)
+            if ((corners_[(i + 1) % 3] - corners_[i]).cross(p - corners_[i]).dot(normal_) < 0) return {};
+        return p;
+    }
+
+    template <class WitnessOf>
+    void look(const std::vector<Vec3>& places, std::vector<bool>& open, WitnessOf witness_of) const {
+        HitPacket packet;
+        bool any = false;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const Vec3* witness = open[i] ? nullptr : witness_of(i);
+            if (!witness) continue;
+            packet.rays.set(int(i), places[i] + lift_, *witness - places[i], 1);
+            any = true;
+        }
+        if (!any) return;
+        const RayPacket looked = packet.rays;
+        caster_.intersect(packet);
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (!(looked.length[i] < 0) && !is_blocked(packet, int(i))) open[i] = true;
+    }
+
+    bool is_blocked(const HitPacket& packet, int lane) const {
+        if (!packet.is_hit(lane)) return false;
+        const Triangle& hit = scene_.geometry.triangles[packet.triangle[lane]];
+        return !scene_.materials[hit.material].glass;
+    }
+
+    static const Vec3* nearest(const std::vector<Vec3>& places, const std::vector<bool>& open,
+                               const Vec3& to) {
+        const Vec3* found = nullptr;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (open[i] && (!found || (places[i] - to).length2() < (*found - to).length2()))
+                found = &places[i];
+        return found;
+    }
+
+    const Scene& scene_;
+    const RayCaster& caster_;
+    const Fragment& fragment_;
+    std::array<Vec3, 3> corners_;
+    Vec3 normal_, lift_;
+};
+
+// The landing in a fragment, or else those nearest to it on its triangle's side in its cell.
+std::vector<Vec3> witnesses_of(std::size_t f, const std::vector<Fragment>& fragments, const Reach& reach) {
+    if (reach.hits[f] > 0) return {unpack_place(fragments[f], reach.landings[f])};
+    const FragmentKey& key = fragments[f].key;
+    std::vector<Vec3> found;
+    const auto gather = [&](std::size_t i) {
+        const FragmentKey& k = fragments[i].key;
+        if (k.cell != key.cell || k.triangle != key.triangle) return false;
+        if (k.place % 2 == key.place % 2 && reach.hits[i] > 0 && !reach.dark[i])
+            found.push_back(unpack_place(fragments[i], reach.landings[i]));
+        return true;
+    };
+    for (std::size_t i = f; i > 0 && gather(i - 1); --i) {
+    }
+    for (std::size_t i = f + 1; i < fragments.size() && gather(i); ++i) {
+    }
+    const auto distance = [&](const Vec3& p) { return (p - fragments[f].centre).length2(); };
+    std::sort(found.begin(), found.end(),
+              [&](const Vec3& a, const Vec3& b) { return distance(a) < distance(b); });
+    found.resize(std::min<std::size_t>(found.size(), kWitnesses));
+    return found;
+}
+
+struct OpenPart {
+    float share = 1;
+    Vec3 centre;
+};
+
+OpenPart open_part(const Opening& opening, const Fragment& fragment, const std::vector<Vec3>& witnesses) {
+    OpenPart part{1, fragment.centre};
+    Vec3 sum(0);
+    std::size_t seen = 0, all = 0;
+    for (int packet = 0; packet < kPackets; ++packet) {
+        const std::vector<Vec3> places = opening.places(packet);
+        const std::vector<bool> open = opening.open(places, witnesses);
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (open[i]) sum += places[i], ++seen;
+        all += places.size();
+        if (packet == 0 && seen == all) return part;  // also where no place was found
+    }
+    part.share = float(seen) / float(all);
+    if (seen > 0) part.centre = sum / float(seen);
+    return part;
+}
+
+}  // namespace
+
+void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
+                     std::vector<Fragment>& fragments, Reach& reach) {
+    std::vector<OpenPart> parts(fragments.size());
+    constexpr std::size_t kBlock = 1024;
+    parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+        for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {
+            parts[f].centre = fragments[f].centre;
+            if (reach.dark[f]) continue;
+            const Opening opening(scene, caster, grid, fragments[f]);
+            if (opening.is_degenerate()) continue;
+            std::vector<Vec3> witnesses = witnesses_of(f, fragments, reach);
+            for (Vec3& w : witnesses) w = opening.flat(w);
+            if (!witnesses.empty()) parts[f] = open_part(opening, fragments[f], witnesses);
+        }
+    });
+    for (std::size_t f = 0; f < fragments.size(); ++f) {
+        fragments[f].centre = parts[f].centre;
+        fragments[f].area *= parts[f].share;
+        for (float& area : fragments[f].facing_area) area *= parts[f].share;
+        if (parts[f].share == 0) reach.dark[f] = true;
+    }
+}
+
+}  // namespace pim
