@@ -133,6 +133,7 @@ class Chooser {
             grid_ = search.search(
                 double(std::max({size.x, size.y, size.z})), first_cells(),
                 [&](const GridFigures& f) { return grid_cost(f); }, go_on);
+            cells_ = search.take_cells();
             settings_.push_back({"cell_size", fmt::format("{:.17g}", grid_.cell_size)});
             settings_.push_back({"reach_photons", std::to_string(scene_.grid.reach_photons)});
             log_info(fmt::format("chose cells of {:.3g} m: {}", grid_.cell_size, grid_reason()));
@@ -241,7 +242,7 @@ class Chooser {
         tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
         open_seconds_ = open_watch.seconds();
         tracing_->open(work_folder_);
-        tracing_->find_cells();
+        tracing_->find_cells(std::exchange(cells_, std::nullopt));
         held_out_->set_cells(tracing_->scene(), tracing_->caster(), tracing_->cells());
         fits_.emplace(*tracing_, *held_out_);
         double traced_seconds = 0, traced = 0;
@@ -472,6 +473,7 @@ class Chooser {
     fs::path work_folder_;
     std::optional<HeldOut> held_out_;
     GridFigures grid_;
+    std::optional<Cells> cells_;  // if they were searched for
     double photon_seconds_ = 1e-6, open_seconds_ = 1, judge_seconds_ = 0;
     std::optional<Tracing> tracing_;
     std::optional<TrialFits> fits_;

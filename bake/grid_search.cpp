@@ -35,12 +35,12 @@ const GridFigures& GridSearch::measure(double cell_size) {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     scene_.bake.photons = photons_for(cell_size);
     scene_.grid.resolution = CellSize{cell_size};
-    const Cells cells = find_cells(scene_, caster_, allowed_);
-    held_out_.set_cells(scene_, caster_, cells);
-    const auto a = own_volumes(cells, 1), b = own_volumes(cells, 2);
+    measured_ = find_cells(scene_, caster_, allowed_);
+    held_out_.set_cells(scene_, caster_, measured_);
+    const auto a = own_volumes(measured_, 1), b = own_volumes(measured_, 2);
     GridFigures& figures = known_[cell_size];
     figures = {cell_size, std::max(held_out_.square(a, b), least_square(cell_size)),
-               held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), cells.patches.size()};
+               held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), measured_.patches.size()};
     log_info(
         fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
                     "per lamp {:.4f}",
@@ -109,12 +109,14 @@ GridFigures GridSearch::search(double longest_side, double first_cells, const Co
     };
     const auto cost_at = [&](double steps) { return cost(measure(size_at(steps))); };
     double best = 0, least = cost_at(0);
+    cells_ = std::move(measured_);
     const auto try_at = [&](double steps) {
         if (!allowed(steps) || (!known_.contains(size_at(steps)) && !go_on())) return false;
         if (!(cost(hoped_at(size_at(steps))) < least)) return false;
         const double own = cost_at(steps);
         if (!(own < least)) return false;
         best = steps, least = own;
+        cells_ = std::move(measured_);
         return true;
     };
     if (try_at(2))

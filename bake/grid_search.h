@@ -31,6 +31,8 @@ class GridSearch {
     using Cost = std::function<double(const GridFigures&)>;
     GridFigures search(double longest_side, double first_cells, const Cost& cost,
                        const std::function<bool()>& go_on);
+    // The cells of the size that the search found: as find_cells makes them. Once.
+    Cells take_cells() { return std::move(cells_); }
 
   private:
     const GridFigures& nearest(double cell_size) const;  // of those measured
@@ -47,6 +49,7 @@ class GridSearch {
     double wanted_;
     uint64_t first_photons_;
     std::map<double, GridFigures> known_;
+    Cells measured_, cells_;  // of the size measured last, and of the best
 };
 
 }  // namespace pim

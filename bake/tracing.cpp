@@ -39,12 +39,12 @@ PositionFilter Tracing::outside_solids() const {
     return [this](const Vec3& position) { return solids_.containing(position).empty(); };
 }
 
-void Tracing::find_cells() {
+void Tracing::find_cells(std::optional<Cells> found) {
     const Stopwatch watch;
     if (auto known = work_->read_cells()) {
         cells_ = std::move(*known);
     } else {
-        cells_ = pim::find_cells(scene_, caster_, outside_solids());
+        cells_ = found ? std::move(*found) : pim::find_cells(scene_, caster_, outside_solids());
         work_->write_cells(cells_);
         note_seconds("cells_seconds", watch.seconds());
     }

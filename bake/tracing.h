@@ -16,7 +16,8 @@ class Tracing {
     Tracing(const Tracing&) = delete;
 
     void open(const std::filesystem::path& work_folder);  // before all that follows
-    void find_cells();
+    // `found`: by somebody else already, with the same settings.
+    void find_cells(std::optional<Cells> found = std::nullopt);
     void trace(const std::vector<LightSample>& samples);
     void note_seconds(const char* key, double seconds) const;  // adds to run.json
 

@@ -8,85 +8,10 @@
 #include "common/core/float_traps.h"
 #include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
+#include "viewer/relight/stencil.h"
 
 namespace pim {
 namespace {
-
-using UnseenByAxis = std::array<Unseen, 3>;  // of a place's facings, of which each axis has one
-
-// What a part of a cell with two layers does not see: a place there sees as the nearer one does.
-struct LayeredSight {
-    std::array<std::array<Unseen, 2>, 3> unseen{};  // [axis][in front, behind]
-    std::array<std::array<Vec3, 2>, 3> centre;      // of the patches, in cells from the lowest of the eight
-    uint8_t two = 0;                                // a bit for each axis that has both; others: [axis][0]
-
-    UnseenByAxis at(const Vec3& place, const Vec3& normal) const {
-        UnseenByAxis nearer{};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const auto distance = [&](std::size_t layer) {
-                return std::abs(normal.dot(centre[axis][layer] - place));
-            };
-            const bool behind = (two >> axis & 1) && distance(1) < distance(0);
-            nearer[axis] = unseen[axis][behind];
-        }
-        return nearer;
-    }
-};
-
-// The patches around eight cell centres that surfaces of some facings look up.
-struct Stencil {
-    std::vector<StencilEntry> entries;
-    std::vector<uint32_t> patches;
-    uint32_t tile = 0, group = 0;  // the group that stands for it in a tile
-    bool sees_all = true;          // all of it from wherever in it
-    uint8_t layered = 0;           // a bit for each of the eight cells: it has two layers
-    uint64_t known = 0;            // a bit for each part of them of which `unseen` is filled in
-    std::vector<UnseenByAxis> unseen;
-    std::vector<std::pair<int, LayeredSight>> layers;  // by part, of those with two layers that were met
-};
-
-class StencilMaker {
-  public:
-    StencilMaker(const IlluminationMap& map, const Index3& low) : map_(map), low_(low) {}
-
-    Stencil make(int mask) {
-        for (int k = 0; k < kFacingCount; ++k) {
-            if (!(mask >> k & 1)) continue;
-            const std::size_t before = stencil_.entries.size();
-            for (int corner = 0; corner < 8; ++corner) add_cell(corner, k);
-            if (stencil_.entries.size() > before) stencil_.entries.back().ends_facing = true;
-        }
-        return std::move(stencil_);
-    }
-
-  private:
-    void add_cell(int corner, int facing) {
-        const Index3 step(corner & 1, corner >> 1 & 1, corner >> 2);
-        const auto* patches = map_.index.find_cell(low_ + step);
-        if (!patches) return;
-        const int front = (*patches)[facing], behind = (*patches)[facing + kFacingCount];
-        if (front >= 0) add(front, step, facing, behind >= 0, corner);
-        if (behind >= 0) add(behind, step, facing, false, corner + kCornerCount);
-        if (front >= 0 && behind >= 0) stencil_.layered |= uint8_t(1 << corner);
-    }
-    void add(int patch, const Index3& step, int facing, bool is_paired, int bit) {
-        const Patch& p = map_.patches[std::size_t(patch)];
-        stencil_.sees_all = stencil_.sees_all && map_.sight.sees_all(std::size_t(patch));
-        const Vec3 centre = p.centre / float(map_.grid.cell_size) + Vec3(step);
-        stencil_.entries.push_back({{float(step.x), float(step.y), float(step.z)},
-                                    {centre.x, centre.y, centre.z},
-                                    p.area,
-                                    map_.grid.facings ? facing / 2 : -1,
-                                    false,
-                                    is_paired,
-                                    bit});
-        stencil_.patches.push_back(uint32_t(patch));
-    }
-
-    const IlluminationMap& map_;
-    Index3 low_;
-    Stencil stencil_;
-};
 
 struct Point {
     uint32_t slot;  // in Scratch::rows: block · kLanes + lane
@@ -120,8 +45,6 @@ std::size_t ViewTile::bytes() const {
     return weights.size() * sizeof(Weight) + (factors.size() + surfaces.size() + patches.size()) * 4 +
            pixels.size() * 2 + groups.size() * sizeof(PointGroup) + segments.size() * sizeof(Segment);
 }
-
-static_assert(kUnseenWeight == kUnseenFactor);
 
 class TileBuilder {
   public:
@@ -269,8 +192,9 @@ class TileBuilder {
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
         const float* row = &scratch_.rows[std::size_t(slot / kLanes) * kLocatedRows * kLanes + slot % kLanes];
         Stencil& stencil = outside ? stencil_of(Index3(-1), 0) : stencil_of(low, mask);
-        const UnseenByAxis unseen =
-            stencil.sees_all ? UnseenByAxis{} : unseen_at(stencil, low, mask, home, row);
+        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
+            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        const UnseenByAxis unseen = stencil.unseen_at(view_.map_, home, place, normal);
         const uint32_t group = group_of(stencil);
         if (scratch_.counts[group]++ == 0)
             scratch_.factors[group] = factor;
@@ -287,51 +211,9 @@ class TileBuilder {
         Recent& recent = recent_[(key * 0x9e3779b97f4a7c15ull) >> 56];
         if (recent.key == key) return *(last_stencil_ = recent.stencil);
         const auto [found, is_new] = scratch_.stencils.try_emplace(key);
-        if (is_new) found->second = StencilMaker(view_.map_, low).make(mask);
+        if (is_new) found->second = Stencil(view_.map_, low, mask);
         recent = {key, &found->second};
         return *(last_stencil_ = recent.stencil);
-    }
-
-    // What a point does not see: the same all over a part of a cell, if that has but one layer. `home`,
-    // `row`: see kCellRows, kLocatedRows.
-    UnseenByAxis unseen_at(Stencil& stencil, const Index3& low, int mask, int home, const float* row) {
-        const bool layered = stencil.layered >> (home % kCornerCount) & 1;
-        if (!layered && (stencil.known >> home & 1)) return stencil.unseen[std::size_t(home)];
-        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
-            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
-        if (layered) return layers_of(stencil, low, mask, home).at(place, normal);
-        const auto by_facing = unseen_from(view_.map_, low, place, normal, mask);
-        UnseenByAxis unseen{};
-        for (std::size_t k = 0; k < kFacingCount; ++k) unseen[k / 2] |= by_facing[k];
-        stencil.unseen.resize(kCornerCount * kCornerCount);
-        stencil.unseen[std::size_t(home)] = unseen;
-        stencil.known |= uint64_t{1} << home;
-        return unseen;
-    }
-
-    const LayeredSight& layers_of(Stencil& stencil, const Index3& low, int mask, int home) const {
-        const auto known = std::ranges::find(stencil.layers, home, [](const auto& l) { return l.first; });
-        if (known != stencil.layers.end()) return known->second;
-        const Index3 step(home & 1, home >> 1 & 1, home >> 2 & 1);
-        int part = 0;  // the half of the cell towards the other seven, and which of its two fine cells
-        for (int axis = 0; axis < 3; ++axis)
-            part |= ((step[axis] ? 0 : kFinePerCell / 2) + (home >> (3 + axis) & 1)) << 2 * axis;
-        const auto* patches = view_.map_.index.find_cell(low + step);
-        LayeredSight sight;
-        for (int k = 0; k < kFacingCount && patches; ++k) {
-            if (!(mask >> k & 1)) continue;
-            const auto axis = std::size_t(k / 2);
-            std::size_t layers = 0;
-            for (const int patch : {(*patches)[std::size_t(k)], (*patches)[std::size_t(k + kFacingCount)]}) {
-                if (patch < 0) continue;
-                sight.unseen[axis][layers] = view_.map_.sight.unseen(std::size_t(patch), part, k);
-                sight.centre[axis][layers++] =
-                    view_.map_.patches[std::size_t(patch)].centre / float(view_.map_.grid.cell_size) +
-                    Vec3(step);
-            }
-            if (layers == 2) sight.two |= uint8_t(1 << axis);
-        }
-        return stencil.layers.emplace_back(home, sight).second;
     }
 
     uint32_t group_of(Stencil& stencil) {
@@ -353,14 +235,14 @@ class TileBuilder {
         tile_.groups.clear();
         tile_.patches.clear();
         for (std::size_t g = 0; g < scratch_.groups.size(); ++g) {
-            const auto entries = uint32_t(scratch_.groups[g]->entries.size());
+            const auto entries = uint32_t(scratch_.groups[g]->entries().size());
             const uint32_t own = (scratch_.counts[g] + kLanes - 1) / kLanes;
             tile_.groups.push_back({uint32_t(patches), entries, uint32_t(blocks), own, uint32_t(weights),
                                     scratch_.factors[g],
                                     scratch_.mixed[g] ? uint32_t(factors) : PointGroup::kOneFactor});
             if (scratch_.mixed[g]) factors += std::size_t(own) * 3 * kLanes;
-            tile_.patches.insert(tile_.patches.end(), scratch_.groups[g]->patches.begin(),
-                                 scratch_.groups[g]->patches.end());
+            tile_.patches.insert(tile_.patches.end(), scratch_.groups[g]->patches().begin(),
+                                 scratch_.groups[g]->patches().end());
             scratch_.next.push_back(uint32_t(blocks * kLanes));
             patches += entries;
             blocks += own;
@@ -422,7 +304,7 @@ class TileBuilder {
             for (uint32_t b = 0; b < group.blocks && group.patches > 0; ++b) {
                 alignas(64) float weights[kMostEntries * kLanes];
                 view_.kernels_.weigh(
-                    scratch_.groups[g]->entries.data(), int(group.patches), kFacingThreshold,
+                    scratch_.groups[g]->entries().data(), int(group.patches), kFacingThreshold,
                     &scratch_.places[std::size_t(group.first_block + b) * kPlaceRows * kLanes], weights);
                 view_.kernels_.pack(
                     weights, int(group.patches),
