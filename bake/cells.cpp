@@ -149,6 +149,15 @@ void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, 
     cells.split.resize(kept);
 }
 
+// Does other surface make a patch of one of its facings? Else what lands on it goes nowhere anyhow.
+bool has_patch(const Fragment& fragment, const Cells& cells) {
+    const auto* patches = cells.index.find_cell(cell_of(cells.grid, fragment.key));
+    for (int f = 0; patches && f < kFacingCount; ++f)
+        if (fragment.facing_area[f] > 0 && ((*patches)[f] >= 0 || (*patches)[f + kFacingCount] >= 0))
+            return true;
+    return false;
+}
+
 std::vector<Fragment> counted_fragments(const Cells& cells, const std::vector<Fragment>& fragments) {
     std::vector<Fragment> counted;
     std::ranges::copy_if(fragments, std::back_inserter(counted),
@@ -187,16 +196,17 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
         build_patches(fragments, keep, cells);
         drop_unreached(fragments, reach, cells);
+        cells.index = PatchIndex(cells.grid, cells.patches);
         for (std::size_t i = 0; i < fragments.size(); ++i)
-            if (!keep(i)) cells.left_out.push_back(fragments[i].key);
+            if (!keep(i) && has_patch(fragments[i], cells)) cells.left_out.push_back(fragments[i].key);
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {
         build_patches(
             fragments, [](std::size_t) { return true; }, cells);
+        cells.index = PatchIndex(cells.grid, cells.patches);
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
-    cells.index = PatchIndex(cells.grid, cells.patches);
     if (cells.grid.facings)
         cells.sight = find_sight(scene, caster, cells, counted_fragments(cells, fragments));
     return cells;

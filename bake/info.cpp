@@ -87,6 +87,28 @@ nlohmann::json status_summary(const IlluminationMap& map) {
             {"negative", negative_fits(map)}};
 }
 
+double mean_of_term(int term) {
+    Cubic cubic{};
+    cubic[std::size_t(term)] = 1;
+    return mean_over_box(cubic);
+}
+
+// What lands on all patches, W per watt, mean over the lamp's domain and the channels.
+double flux_of(const IlluminationMap& map, const MapLight& light) {
+    double flux = 0;
+    for (const auto& box : light.polynomials)
+        for (const auto& component : box) {
+            if (!component) continue;
+            const float* c = component->coefficients.data();
+            std::vector<double> means;
+            for (const int term : component->terms) means.push_back(mean_of_term(term));
+            for (const Patch& patch : map.patches)
+                for (std::size_t t = 0; t < means.size(); ++t, c += 3)
+                    flux += double(patch.area) * means[t] * double(c[0] + c[1] + c[2]) / 3;
+        }
+    return flux / double(light.boxes.size());
+}
+
 nlohmann::json light_info(const IlluminationMap& map, const MapLight& light) {
     int samples = 0;
     double condition = 0, raw_condition = 0;
@@ -113,6 +135,7 @@ nlohmann::json light_info(const IlluminationMap& map, const MapLight& light) {
             {"condition_number", condition},
             {"raw_condition_number", raw_condition},
             {"robust_iterations", iterations},
+            {"flux", flux_of(map, light)},
             {"components", components},
             {"facings", facings}};
 }

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/core/parallel.h"
+#include "common/core/sampling.h"
 
 namespace pim {
 namespace {
@@ -16,8 +17,6 @@ constexpr int kPackets = 4;
 constexpr int kTries = 8;      // to find one place of a fragment in its box
 constexpr int kWitnesses = 4;  // landings around a fragment that has none
 constexpr int kSpreads = 3;    // times that open places vouch for others
-
-double fraction(double x) { return x - std::floor(x); }
 
 // A plane's axis that projection along loses least, and its other two.
 struct Projection {
@@ -46,9 +45,7 @@ class Opening {
     std::vector<Vec3> places(int number) const {
         std::vector<Vec3> found;
         for (int i = 0; i < kTries * kLanes && int(found.size()) < kLanes; ++i) {
-            const double n = number * kTries * kLanes + i + 0.5;
-            const auto place =
-                place_at(float(fraction(n * 0.7548776662466927)), float(fraction(n * 0.5698402909980532)));
+            const auto place = place_at(golden_place(number * kTries * kLanes + i));
             if (place) found.push_back(*place);
         }
         return found;
@@ -76,12 +73,13 @@ class Opening {
     }
 
   private:
-    std::optional<Vec3> place_at(float u, float v) const {
+    // Of a share of the box; none off the fragment.
+    std::optional<Vec3> place_at(const Imath::V2d& share) const {
         const Projection to(normal_);
         const Box3& box = fragment_.box;
         Vec3 p = box.min;
-        p[to.u] += u * (box.max[to.u] - box.min[to.u]);
-        p[to.v] += v * (box.max[to.v] - box.min[to.v]);
+        p[to.u] += float(share.x) * (box.max[to.u] - box.min[to.u]);
+        p[to.v] += float(share.y) * (box.max[to.v] - box.min[to.v]);
         p = flat(p);
         const float slack = 1e-3f * std::max(box.max[to.u] - box.min[to.u], box.max[to.v] - box.min[to.v]);
         if (p[to.axis] < box.min[to.axis] - slack || p[to.axis] > box.max[to.axis] + slack) return {};
@@ -192,10 +190,13 @@ void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid
         }
     });
     for (std::size_t f = 0; f < fragments.size(); ++f) {
+        if (parts[f].share == 0) {
+            reach.dark[f] = true;
+            continue;
+        }
         fragments[f].centre = parts[f].centre;
         fragments[f].area *= parts[f].share;
         for (float& area : fragments[f].facing_area) area *= parts[f].share;
-        if (parts[f].share == 0) reach.dark[f] = true;
     }
 }
 

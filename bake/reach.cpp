@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "bake/unlit_regions.h"
 #include "common/core/float_traps.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
@@ -56,10 +57,6 @@ class FragmentTable {
     PatchIndex index_;
 };
 
-int main_facing(const Fragment& fragment) {
-    return int(std::ranges::max_element(fragment.facing_area) - fragment.facing_area.begin());
-}
-
 class Pass {
   public:
     Pass(const Scene& scene, const RayCaster& caster, const SurfaceCells& surface,
@@ -70,6 +67,7 @@ class Pass {
           fragments_(fragments),
           allowed_(allowed),
           table_(surface.grid(), fragments),
+          regions_(scene, surface.grid(), fragments),
           hits_(fragments.size()),
           landings_(fragments.size(), ~uint64_t{0}),
           dark_(fragments.size()) {
@@ -84,6 +82,7 @@ class Pass {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
             open_.assign(table_.cell_count(), 0.0);
+            dark_ = regions_.judge(hits_);
             mean_hits_ = std::accumulate(hits_.begin(), hits_.end(), 0.0) / area;
             parallel_for(table_.cell_count(), [&](std::size_t cell) { judge_cell(cell); });
             reach.moved_area = 0;
@@ -168,13 +167,13 @@ class Pass {
     void judge_cell(std::size_t cell) {
         const std::size_t begin = table_.begin_of(cell), end = table_.end_of(cell);
         std::array<double, kFacingCount> hits{}, area{};
+        std::vector<std::size_t> order;  // those not dark yet
         for (std::size_t f = begin; f < end; ++f) {
+            if (dark_[f]) continue;
             hits[facing_[f]] += hits_[f];
             area[facing_[f]] += fragments_[f].area;
-            dark_[f] = 0;
+            order.push_back(f);
         }
-        std::vector<std::size_t> order(end - begin);
-        for (std::size_t i = 0; i < order.size(); ++i) order[i] = begin + i;
         for (int level = 0; level < kLevels; ++level) {
             const auto group = [&](std::size_t f) { return std::pair(facing_[f], union_of(f, level)); };
             std::ranges::sort(order, {}, [&](std::size_t f) { return std::pair(group(f), f); });
@@ -212,6 +211,7 @@ class Pass {
     const std::vector<Fragment>& fragments_;
     const PositionFilter& allowed_;
     FragmentTable table_;
+    UnlitRegions regions_;
     std::vector<uint32_t> hits_;
     std::vector<uint64_t> landings_;      // per fragment: lot and place
     std::vector<uint8_t> dark_, facing_;  // bytes: written by several threads

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which fragments of surface light can reach, found by photons from lamps all over their domains.
 //
-// A fragment is dark when its irradiance lies below kDarkShare of that of the rest of its cell and facing,
-// with error probability kDoubt. Small fragments gather few photons, so the test is put to unions first: all
-// of an object's side in the cell, a triangle's side, an eighth of the cell, a fine cell, the fragment alone.
-// What no test decides stays lit.
+// Regions on which nothing lands are found first (unlit_regions.h). Else a fragment is dark when its
+// irradiance lies below kDarkShare of that of the rest of its cell and facing, with error probability kDoubt.
+// Small fragments gather few photons, so the test is put to unions first: all of an object's side in the
+// cell, a triangle's side, an eighth of the cell, a fine cell, the fragment alone. What no test decides stays
+// lit.
 #pragma once
 
 #include <functional>

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/parallel.h"
+#include "common/core/sampling.h"
 
 namespace pim {
 namespace {
@@ -37,8 +38,6 @@ class Places {
     std::vector<Vec3> positions_;
     std::vector<double> sums_;
 };
-
-double fraction(double x) { return x - std::floor(x); }
 
 class SightFinder {
   public:
@@ -152,13 +151,12 @@ class SightFinder {
         return free >= kLanes;
     }
 
-    // Of kLanes segments. Ends follow Roberts' sequence in two dimensions.
+    // Of kLanes segments.
     int free_segments(const Places& from, const Places& to, int packet_number) const {
         RayPacket packet;
         for (int lane = 0; lane < kLanes; ++lane) {
-            const double i = packet_number * kLanes + lane + 0.5;
-            const Vec3 a = from.at(fraction(i * 0.7548776662466927)),
-                       b = to.at(fraction(i * 0.5698402909980532));
+            const Imath::V2d share = golden_place(packet_number * kLanes + lane);
+            const Vec3 a = from.at(share.x), b = to.at(share.y);
             packet.set(lane, a, b - a, 1);
         }
         caster_.occluded(packet);

@@ -103,6 +103,21 @@ TEST(Cells, InsideOfABoxIsLeftOut) {
     EXPECT_NEAR(upwards, 0.125 * 0.125, kRounding);
 }
 
+// A thin board in cells so small that each is hit by some 80 photons: too few to tell cell by cell whether
+// the board's inside, which shares patches with its outside, is lit. Over the whole board it is plain.
+TEST(Cells, InsideOfAThinBoardIsLeftOutInSmallCells) {
+    Scene scene = room_with_cells();
+    scene.grid.resolution = CellCount{64};
+    scene.grid.reach_photons = 1 << 20;
+    add_object(scene);
+    add_box(scene, {0.3f, 0.2f, 0.8f}, {0.7f, 0.6f, 0.801f}, false);
+    const Cells cells = cells_of(scene);
+    double board = 0;
+    for (const Patch& p : cells.patches)
+        if (p.slot % kFacingCount >= 4 && std::abs(cells.grid.centre(p.cell).z - 0.8) < 0.03) board += p.area;
+    EXPECT_NEAR(board, 2 * 0.4 * 0.4, 1e-3);
+}
+
 // A block, turned and open below, covers parts of fragments of the floor: what is under it does not count,
 // and what is left lies where it is seen. 64 places in each of the fragments along its edges decide.
 TEST(Cells, TheFootOfATurnedBlockIsCut) {

@@ -117,10 +117,12 @@ IlluminationMap constant_map(const std::vector<float>& constants) {
 }
 
 TEST(PatchIrradiance, NegativeValuesAreCutToZero) {
+    std::size_t cut = 0;
     const auto values =
-        patch_irradiance(constant_map({2, -1}), {Component::indirect}, {{Vec3(0), Rgb(1, 2, 3)}});
+        patch_irradiance(constant_map({2, -1}), {Component::indirect}, {{Vec3(0), Rgb(1, 2, 3)}}, &cut);
     EXPECT_EQ(values[0], Rgb(2, 4, 6));
     EXPECT_EQ(values[1], Rgb(0));
+    EXPECT_EQ(cut, 3u);  // channels
 }
 
 TEST(PatchIrradiance, TheThesisKeepsNegativeValues) {

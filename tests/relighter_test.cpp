@@ -201,6 +201,18 @@ TEST_F(RelighterTest, IsTheExactPictureOfAPartOfTheScene) {
     expect_all_views(m, {kBaked, kTraced});
 }
 
+// Those that nothing mended, as a map made otherwise may hold them.
+TEST_F(RelighterTest, CountsWhatItCutsAtZero) {
+    const MappedScene m(scene_of_data("cornell"), few_grids());
+    const ViewState state = state_of(m, View::radiance, kNone, true);
+    std::size_t cut = 0;
+    patch_irradiance(m.baked.map, {Component::indirect}, shining(m.scene(), state), &cut);
+    ASSERT_GT(cut, 10u);
+    Relighter relighter = relighter_of(m);
+    relighter.update(state, kSize);
+    EXPECT_NEAR(double(relighter.statistics().cut_values), double(cut), 1);  // roundings
+}
+
 TEST_F(RelighterTest, EveryVectorUnitMakesThePicture) {
     const MappedScene m(scene_of_data("cornell"), few_grids());
     for (const VectorUnit unit : {VectorUnit::plain, VectorUnit::avx2, VectorUnit::avx512}) {

@@ -51,6 +51,7 @@ class Benchmark {
         result["points"] = s.points;
         result["patches_per_point"] = s.patches_per_point;
         result["patches_in_view"] = s.evaluated_patches;
+        result["cut_values"] = s.cut_values;
         result["view_cache_bytes"] = s.cache_bytes;
         result["coefficient_bytes"] = relighter_.store().bytes();
         result["boxes_in_memory"] = relighter_.store().boxes();

@@ -108,7 +108,7 @@ void render_still(const Arguments& a) {
     const RayCaster caster(baked.scene.geometry, InstructionSet::best);
     const double load_seconds = load_watch.seconds();
     warn_of_missing_light(baked, picture);
-    const auto [image, seconds] = render_picture(baked, caster, picture);
+    const auto [image, seconds, cut_values] = render_picture(baked, caster, picture);
     const float exposure = exposure_of(picture.state, image);
     write_picture(a.output, image, picture.state, {exposure});
     log_info(fmt::format("wrote {} ({} x {}, {:.3f} s, exposure {:.2f} EV)", a.output.string(), image.width,
@@ -121,6 +121,7 @@ void render_still(const Arguments& a) {
         {"load_seconds", load_seconds},
         {"primary_rays", uint64_t(image.width) * uint64_t(image.height) * uint64_t(picture.samples)},
         {"cells", baked.map.index.cell_count()},
+        {"cut_values", cut_values},
         {"packed_bytes", packed_bytes(baked.map)},
         {"peak_rss_bytes", peak_memory()},
         {"threads", thread_count()}};

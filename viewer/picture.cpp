@@ -84,11 +84,12 @@ Rgb ratio(const Rgb& a, const Rgb& b) {
 }
 
 Image render_from_map(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
-                      const FrameOptions& frame) {
+                      const FrameOptions& frame, std::size_t& cut_values) {
     const View view = o.state.view;
     const Camera& camera = o.state.camera;
     if (is_unlit(view)) return render_unlit(view, baked.scene, baked.map, caster, camera, o.size, o.samples);
     const Moment moment = moment_of(baked, caster, o);
+    cut_values = moment.cut_values;
     if (shows_radiance(view))
         return render_frame(camera, frame, [&](const Ray& ray, RandomStream& random) {
             return map_radiance(moment, ray, random);
@@ -191,7 +192,7 @@ Picture render_picture(const BakedScene& baked, const RayCaster& caster, const P
         frame.progress = "tracing paths";
         picture.image = render_paths(baked, caster, o, frame);
     } else {
-        picture.image = render_from_map(baked, caster, o, frame);
+        picture.image = render_from_map(baked, caster, o, frame, picture.cut_values);
     }
     picture.seconds.total = watch.seconds();
     return picture;

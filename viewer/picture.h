@@ -37,6 +37,7 @@ struct PictureTimes {
 struct Picture {
     Image image;
     PictureTimes seconds;
+    std::size_t cut_values = 0;  // of the map's patches and channels: below zero, shown as 0
 };
 
 // Linear: radiance in W/(m² sr); irradiance and density (grey) in W/m²; trust (residual over irradiance);

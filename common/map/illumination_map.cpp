@@ -25,6 +25,16 @@ void add_box(const Polynomials& p, const std::array<float, kTermCount>& m, const
     });
 }
 
+std::size_t cut_negative(std::vector<Rgb>& values) {
+    std::size_t cut = 0;
+    for (Rgb& value : values)
+        for (int c = 0; c < 3; ++c) {
+            cut += value[c] < 0;
+            value[c] = std::max(value[c], 0.0f);
+        }
+    return cut;
+}
+
 }  // namespace
 
 bool IlluminationMap::has(Component component) const {
@@ -57,7 +67,7 @@ Vec3d clamped(const Box3& domain, const Vec3& position) {
 }
 
 std::vector<Rgb> patch_irradiance(const IlluminationMap& map, const std::vector<Component>& components,
-                                  const std::vector<LightState>& lights) {
+                                  const std::vector<LightState>& lights, std::size_t* cut) {
     std::vector<Rgb> sum(map.patches.size(), Rgb(0));
     for (std::size_t l = 0; l < lights.size(); ++l) {
         const MapLight& light = map.lights[l];
@@ -72,9 +82,8 @@ std::vector<Rgb> patch_irradiance(const IlluminationMap& map, const std::vector<
                     add_box(*polynomials, m, lights[l].power * float(weights[b]), sum);
         }
     }
-    if (map.mend_signs)
-        for (Rgb& e : sum)
-            for (int c = 0; c < 3; ++c) e[c] = std::max(e[c], 0.0f);
+    const std::size_t negative = map.mend_signs ? cut_negative(sum) : 0;
+    if (cut) *cut = negative;
     return sum;
 }
 

@@ -77,10 +77,10 @@ struct LightState {
 };
 
 // Irradiance of every patch by the given components together under all lamps, W/m², negative values cut to 0
-// where the map asks for it (mend_signs).
+// where the map asks for it (mend_signs); how many these were goes to `cut`.
 // Throws UsageError if a lamp stands outside its domain, naming it.
 std::vector<Rgb> patch_irradiance(const IlluminationMap& map, const std::vector<Component>& components,
-                                  const std::vector<LightState>& lights);
+                                  const std::vector<LightState>& lights, std::size_t* cut = nullptr);
 
 // The nearest place in the domain: check_in_domain forgives rounding, boxes do not.
 Vec3d clamped(const Box3& domain, const Vec3& position);

@@ -10,7 +10,7 @@ void evaluate_patches(Moment& moment) {
     std::vector<Component> baked;
     if (moment.indirect) baked.push_back(Component::indirect);
     if (moment.direct == DirectLight::baked) baked.push_back(Component::direct);
-    moment.patch_values = patch_irradiance(moment.map, baked, moment.lights);
+    moment.patch_values = patch_irradiance(moment.map, baked, moment.lights, &moment.cut_values);
 }
 
 Rgb surface_irradiance(const Moment& m, const SurfacePoint& surface, RandomStream& random) {

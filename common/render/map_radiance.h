@@ -22,6 +22,7 @@ struct Moment {
     static constexpr int kShadowSamples = 16;
     int shadow_samples = kShadowSamples;  // per rectangular lamp and hit
     std::vector<Rgb> patch_values;        // from evaluate_patches
+    std::size_t cut_values = 0;           // ... of which so many were negative, over channels
 };
 
 // Fills patch_values with the irradiance of the components that come from the map.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/relight/relighter.h"
 
-#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -90,6 +89,7 @@ void Relighter::evaluate(const std::vector<uint32_t>& blocks) {
         const std::size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksAtOnce);
         for (std::size_t i = chunk * kBlocksAtOnce; i < end; ++i) evaluate_block(blocks[i]);
     });
+    statistics_.cut_values = cut_values_.exchange(0);
 }
 
 void Relighter::evaluate_all() {
@@ -183,8 +183,7 @@ void Relighter::evaluate_block(std::size_t block) {
         kernels_.evaluate(&box.coefficients[block * box.block_length()], int(box.terms.size()), box.channels,
                           active.monomials.data(), &active.power.x, sum);
     }
-    if (map_.outline().mend_signs)
-        for (int i = 0; i < 3 * kLanes; ++i) sum[i] = std::max(sum[i], 0.0f);
+    if (map_.outline().mend_signs) cut_negative(sum);
     if (state_->view != View::trust) return;
     float* residual = &blocks_.residual[block * 3 * kLanes];
     std::fill_n(residual, 3 * kLanes, 0.0f);
@@ -195,6 +194,16 @@ void Relighter::evaluate_block(std::size_t block) {
                 for (int c = 0; c < 3; ++c)
                     residual[c * kLanes + lane] += active.box->residuals[patch] * active.power[c];
         }
+}
+
+// A fit's own values are not negative; what is left are roundings, and maps that were made otherwise.
+void Relighter::cut_negative(float* block) {
+    std::size_t cut = 0;
+    for (int i = 0; i < 3 * kLanes; ++i) {
+        cut += block[i] < 0;
+        block[i] = std::max(block[i], 0.0f);
+    }
+    if (cut > 0) cut_values_.fetch_add(cut, std::memory_order_relaxed);
 }
 
 // terms[block][lane]: irradiance at each point of the tile for 1 W.

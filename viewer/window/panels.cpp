@@ -288,6 +288,7 @@ void Panels::draw_statistics(const Session& session) {
     ImGui::Text("%zu points, %.1f patches each", s.points, s.patches_per_point);
     ImGui::Text("%zu patches in view, %zu boxes of %zu", s.evaluated_patches, s.active_boxes,
                 session.relighter().store().boxes());
+    if (s.cut_values > 0) ImGui::Text("%zu values below zero, shown as 0", s.cut_values);
     ImGui::Text("map %.1f MB, view %.1f MB", double(session.relighter().store().bytes()) / 1e6,
                 double(s.cache_bytes) / 1e6);
 }
