@@ -197,8 +197,10 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         build_patches(fragments, keep, cells);
         drop_unreached(fragments, reach, cells);
         cells.index = PatchIndex(cells.grid, cells.patches);
+        const bool spheres = scene.grid.estimator == Estimator::sphere;  // reach into other cells
         for (std::size_t i = 0; i < fragments.size(); ++i)
-            if (!keep(i) && has_patch(fragments[i], cells)) cells.left_out.push_back(fragments[i].key);
+            if (!keep(i) && (spheres || has_patch(fragments[i], cells)))
+                cells.left_out.push_back(fragments[i].key);
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {

@@ -13,7 +13,7 @@
 namespace pim {
 namespace {
 
-constexpr float kLastPlace = 1023;
+constexpr uint64_t kPlaces = 1 << 16;  // per axis
 
 using Polygon = std::vector<Vec3d>;
 
@@ -176,7 +176,7 @@ double fragment_bytes(const Scene& scene, const CellGrid& grid) {
         const auto corners = scene.geometry.corners(t);
         count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
     }
-    return 2.5 * count * sizeof(Fragment);
+    return 4 * count * sizeof(Fragment);  // and what finds the unlit ones
 }
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {
@@ -190,20 +190,32 @@ Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
     return {int(key.cell / yz), int(key.cell % yz / grid.size.z), int(key.cell % grid.size.z)};
 }
 
-uint32_t pack_place(const Fragment& fragment, const Vec3& position) {
-    uint32_t packed = 0;
+Projection::Projection(const Vec3& normal) : axis(0) {
+    for (int i = 1; i < 3; ++i)
+        if (std::abs(normal[i]) > std::abs(normal[axis])) axis = i;
+    u = (axis + 1) % 3;
+    v = (axis + 2) % 3;
+}
+
+int quarter_of(uint64_t packed, const Projection& to) {
+    const auto upper = [&](int axis) { return int(packed >> (16 * axis + 15) & 1); };
+    return upper(to.u) + 2 * upper(to.v);
+}
+
+uint64_t pack_place(const Fragment& fragment, const Vec3& position) {
+    uint64_t packed = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const float low = fragment.box.min[axis], size = fragment.box.max[axis] - low;
         const float share = size > 0 ? std::clamp((position[axis] - low) / size, 0.0f, 1.0f) : 0;
-        packed |= uint32_t(std::lround(share * kLastPlace)) << 10 * axis;
+        packed |= std::min(uint64_t(share * float(kPlaces)), kPlaces - 1) << 16 * axis;
     }
     return packed;
 }
 
-Vec3 unpack_place(const Fragment& fragment, uint32_t packed) {
+Vec3 unpack_place(const Fragment& fragment, uint64_t packed) {
     Vec3 place = fragment.box.min;
     for (int axis = 0; axis < 3; ++axis)
-        place[axis] += float(packed >> 10 * axis & 1023) / kLastPlace *
+        place[axis] += (float(packed >> 16 * axis & (kPlaces - 1)) + 0.5f) / float(kPlaces) *
                        (fragment.box.max[axis] - fragment.box.min[axis]);
     return place;
 }

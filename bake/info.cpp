@@ -93,7 +93,7 @@ double mean_of_term(int term) {
     return mean_over_box(cubic);
 }
 
-// What lands on all patches, W per watt, mean over the lamp's domain and the channels.
+// What lands on all patches, W per watt, mean of the boxes and the channels.
 double flux_of(const IlluminationMap& map, const MapLight& light) {
     double flux = 0;
     for (const auto& box : light.polynomials)

@@ -14,20 +14,9 @@ namespace {
 constexpr float kLift = 0.01f;  // cells
 constexpr int kLanes = RayPacket::kSize;
 constexpr int kPackets = 4;
-constexpr int kTries = 8;      // to find one place of a fragment in its box
-constexpr int kWitnesses = 4;  // landings around a fragment that has none
-constexpr int kSpreads = 3;    // times that open places vouch for others
-
-// A plane's axis that projection along loses least, and its other two.
-struct Projection {
-    int axis, u, v;
-    explicit Projection(const Vec3& normal) : axis(0) {
-        for (int i = 1; i < 3; ++i)
-            if (std::abs(normal[i]) > std::abs(normal[axis])) axis = i;
-        u = (axis + 1) % 3;
-        v = (axis + 2) % 3;
-    }
-};
+constexpr int kTries = 8;  // to find one place of a fragment in its box
+constexpr int kWitnesses = 8;
+constexpr int kSpreads = 3;  // times that open places vouch for others
 
 class Opening {
   public:
@@ -127,27 +116,33 @@ class Opening {
     Vec3 normal_, lift_;
 };
 
-// The landing in a fragment, or else those nearest to it on its triangle's side in its cell.
+// Places on a fragment's triangle and side, in its cell, where photons landed: its own first, then the
+// nearest.
 std::vector<Vec3> witnesses_of(std::size_t f, const std::vector<Fragment>& fragments, const Reach& reach) {
-    if (reach.hits[f] > 0) return {unpack_place(fragments[f], reach.landings[f])};
     const FragmentKey& key = fragments[f].key;
-    std::vector<Vec3> found;
+    std::vector<std::pair<float, Vec3>> found;  // by squared distance
     const auto gather = [&](std::size_t i) {
         const FragmentKey& k = fragments[i].key;
         if (k.cell != key.cell || k.triangle != key.triangle) return false;
-        if (k.place % 2 == key.place % 2 && reach.hits[i] > 0 && !reach.dark[i])
-            found.push_back(unpack_place(fragments[i], reach.landings[i]));
+        if (k.place % 2 != key.place % 2 || reach.dark[i]) return true;
+        for (const uint64_t landing : reach.landings[i]) {
+            if (landing == kNoLanding) continue;
+            const Vec3 place = unpack_place(fragments[i], landing);
+            found.emplace_back(i == f ? -1.0f : (place - fragments[f].centre).length2(), place);
+        }
         return true;
     };
+    gather(f);
     for (std::size_t i = f; i > 0 && gather(i - 1); --i) {
     }
     for (std::size_t i = f + 1; i < fragments.size() && gather(i); ++i) {
     }
-    const auto distance = [&](const Vec3& p) { return (p - fragments[f].centre).length2(); };
-    std::sort(found.begin(), found.end(),
-              [&](const Vec3& a, const Vec3& b) { return distance(a) < distance(b); });
-    found.resize(std::min<std::size_t>(found.size(), kWitnesses));
-    return found;
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<Vec3> places;
+    for (std::size_t i = 0; i < std::min<std::size_t>(found.size(), kWitnesses); ++i)
+        places.push_back(found[i].second);
+    return places;
 }
 
 struct OpenPart {
@@ -190,7 +185,7 @@ void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid
         }
     });
     for (std::size_t f = 0; f < fragments.size(); ++f) {
-        if (parts[f].share == 0) {
+        if (parts[f].share == 0) {  // but for a sliver, if it was hit
             reach.dark[f] = true;
             continue;
         }

@@ -8,8 +8,8 @@
 namespace pim {
 
 // A place of a fragment is open if it sees a place where a photon landed, on the same triangle's side in the
-// same cell, closely above the surface; glass does not hide. Fragments without a landing are held against
-// those of the triangle around them. Area and centre become those of the open part; what has none is dark.
+// same cell, closely above the surface, or sees a place that does; glass does not hide. Area and centre
+// become those of the open part; what has none is dark.
 void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
                      std::vector<Fragment>& fragments, Reach& reach);
 

@@ -69,8 +69,9 @@ class Pass {
           table_(surface.grid(), fragments),
           regions_(scene, surface.grid(), fragments),
           hits_(fragments.size()),
-          landings_(fragments.size(), ~uint64_t{0}),
+          landings_(fragments.size()),
           dark_(fragments.size()) {
+        for (auto& quarters : landings_) quarters.fill(kNoLanding);
         for (const Fragment& f : fragments) facing_.push_back(uint8_t(main_facing(f)));
     }
 
@@ -97,7 +98,7 @@ class Pass {
         }
         reach.dark.assign(dark_.begin(), dark_.end());
         reach.hits = std::move(hits_);
-        for (const uint64_t landing : landings_) reach.landings.push_back(uint32_t(landing));
+        reach.landings = std::move(landings_);
         reach.photons = photons_;
         return reach;
     }
@@ -129,13 +130,15 @@ class Pass {
             table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
         if (f == hits_.size()) return;
         std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
-        draw(landings_[f], pack_place(fragments_[f], s.position), photon);
+        const uint64_t place = pack_place(fragments_[f], s.position);
+        draw(landings_[f][std::size_t(quarter_of(place, Projection(s.geometric_normal)))], place, photon);
     }
 
     // One landing of all, the same whatever thread comes first: that of the lowest random number.
-    void draw(uint64_t& kept, uint32_t place, uint64_t photon) const {
-        const uint32_t lot = philox4x32({uint32_t(photon), uint32_t(photon >> 32), place, 0}, {0, 0})[0];
-        const uint64_t drawn = uint64_t(lot) << 32 | place;
+    void draw(uint64_t& kept, uint64_t place, uint64_t photon) const {
+        const uint32_t lot = philox4x32(
+            {uint32_t(photon), uint32_t(photon >> 32), uint32_t(place), uint32_t(place >> 32)}, {0, 0})[0];
+        const uint64_t drawn = uint64_t(lot >> 16) << 48 | place;
         const std::atomic_ref landing(kept);
         uint64_t before = landing.load(std::memory_order_relaxed);
         while (drawn < before && !landing.compare_exchange_weak(before, drawn, std::memory_order_relaxed)) {
@@ -213,10 +216,10 @@ class Pass {
     FragmentTable table_;
     UnlitRegions regions_;
     std::vector<uint32_t> hits_;
-    std::vector<uint64_t> landings_;      // per fragment: lot and place
-    std::vector<uint8_t> dark_, facing_;  // bytes: written by several threads
-    std::vector<double> open_;            // per cell, m² that beside lit surface has seen no photon yet
-    double mean_hits_ = 0;                // per m²
+    std::vector<std::array<uint64_t, kQuarters>> landings_;  // per fragment: lot and place
+    std::vector<uint8_t> dark_, facing_;                     // bytes: written by several threads
+    std::vector<double> open_;  // per cell, m² that beside lit surface has seen no photon yet
+    double mean_hits_ = 0;      // per m²
     uint64_t photons_ = 0;
 };
 

@@ -24,10 +24,12 @@ using PositionFilter = std::function<bool(const Vec3&)>;
 // Uniform in the lamp's domain.
 Vec3 random_lamp_position(const Light& light, const PositionFilter& allowed, RandomStream& random);
 
+inline constexpr uint64_t kNoLanding = ~uint64_t{0};
+
 struct Reach {
-    std::vector<bool> dark;          // per fragment
-    std::vector<uint32_t> hits;      // per fragment: photons that landed
-    std::vector<uint32_t> landings;  // per fragment: where one of these did (pack_place)
+    std::vector<bool> dark;                                 // per fragment
+    std::vector<uint32_t> hits;                             // per fragment: photons that landed
+    std::vector<std::array<uint64_t, kQuarters>> landings;  // ... where one did in each quarter (pack_place)
     uint64_t photons = 0;
     double moved_area = 0;  // m², whose verdict the last doubling of the photons changed
 };

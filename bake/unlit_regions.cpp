@@ -12,6 +12,7 @@ namespace pim {
 namespace {
 
 constexpr double kUnlitShare = 0.01;
+const double kFew = -std::log(kDoubt);  // photons: where so many are expected, none comes with kDoubt
 
 auto place(const Index3& region) { return std::tuple(region.x, region.y, region.z); }
 
@@ -52,7 +53,10 @@ UnlitRegions::Level UnlitRegions::coarser(Level& fine) {
     return level;
 }
 
-void UnlitRegions::judge_level(Level& level) {
+// At a share of the irradiance of what is lit, the next photon of both would land on the group with
+// probability q = a / (a + b), a the group's area times the share, b that of what is lit; that none of n did
+// has probability (1 - q)^n.
+void UnlitRegions::judge_level(Level& level, double scene_irradiance) {
     for (std::size_t begin = 0; begin < level.size();) {
         std::size_t end = begin;
         double hits = 0, lit_area = 0;
@@ -60,8 +64,9 @@ void UnlitRegions::judge_level(Level& level) {
             if (level[end].hits > 0) hits += level[end].hits, lit_area += level[end].area;
         for (; begin < end; ++begin) {
             Group& group = level[begin];
-            group.unlit = group.hits == 0 && lit_area > 0 &&
-                          kUnlitShare * group.area * hits / lit_area > -std::log(kDoubt);
+            const double area = kUnlitShare * group.area;
+            group.unlit = group.hits == 0 && lit_area > 0 && area * scene_irradiance > kFew &&
+                          hits * std::log1p(area / lit_area) > kFew;
         }
     }
 }
@@ -72,7 +77,11 @@ std::vector<uint8_t> UnlitRegions::judge(const std::vector<uint32_t>& hits) {
     for (std::size_t f = 0; f < hits.size(); ++f) levels_[0][group_of_[f]].hits += hits[f];
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l)
         for (const Group& group : levels_[l]) levels_[l + 1][group.parent].hits += group.hits;
-    for (Level& level : levels_) judge_level(level);
+    double all_hits = 0, lit_area = 0;
+    for (const Group& group : levels_.back())
+        if (group.hits > 0) all_hits += group.hits, lit_area += group.area;
+    const double irradiance = lit_area > 0 ? all_hits / lit_area : 0;  // photons per m²
+    for (Level& level : levels_) judge_level(level, irradiance);
     for (std::size_t l = levels_.size() - 1; l-- > 0;)
         for (Group& group : levels_[l]) group.unlit = group.unlit || levels_[l + 1][group.parent].unlit;
     std::vector<uint8_t> unlit(hits.size());

@@ -12,8 +12,8 @@ int main_facing(const Fragment& fragment);
 
 // Regions are cubes of 1, 2, 4, ... cells along each axis, the largest holds the whole grid. In each, the
 // fragments of an object's side that face one way stand or fall together: where none of them has been hit,
-// but at kUnlitShare of the region's mean irradiance more than a few would have been, with error probability
-// kDoubt, all are unlit.
+// but at kUnlitShare of the irradiance of what is lit, in the region as in the scene, some would have been
+// with error probability kDoubt, all are unlit.
 class UnlitRegions {
   public:
     UnlitRegions(const Scene& scene, const CellGrid& grid, const std::vector<Fragment>& fragments);
@@ -31,7 +31,7 @@ class UnlitRegions {
     using Level = std::vector<Group>;  // sorted by region, then kind
 
     static Level coarser(Level& fine);
-    static void judge_level(Level& level);
+    static void judge_level(Level& level, double scene_irradiance);  // photons per m²
 
     std::vector<Level> levels_;
     std::vector<uint32_t> group_of_;  // per fragment, of the finest level

@@ -118,6 +118,18 @@ TEST(Cells, InsideOfAThinBoardIsLeftOutInSmallCells) {
     EXPECT_NEAR(board, 2 * 0.4 * 0.4, 1e-3);
 }
 
+// A screen stands on the floor in the middle of a row of fragments, and light falls on both of its sides.
+TEST(Cells, FloorOnBothSidesOfAScreenStays) {
+    Scene scene = room_with_cells();
+    add_object(scene);
+    add_quad(scene, {0.2f, 0, 0.8594f}, {0.6f, 0, 0}, {0, 0.3f, 0});
+    const Cells cells = cells_of(scene);
+    double floor = 0;
+    for (const Patch& p : cells.patches)
+        if (p.slot % kFacingCount == 2 && p.cell.y == 0) floor += p.area;
+    EXPECT_NEAR(floor, 1, 1e-6);
+}
+
 // A block, turned and open below, covers parts of fragments of the floor: what is under it does not count,
 // and what is left lies where it is seen. 64 places in each of the fragments along its edges decide.
 TEST(Cells, TheFootOfATurnedBlockIsCut) {

@@ -48,6 +48,15 @@ def power_law(points):
     return PowerLaw(slope, t_quantile(freedom) * math.sqrt(left / freedom / spread), math.exp(offset))
 
 
+def line(points):
+    """(offset, slope) of y = offset + slope · x by least squares of relative errors: each point counts by 1 / y²."""
+    rows = [(1 / y, x / y) for x, y in points]
+    a, b, c = (math.fsum(r[i] * r[j] for r in rows) for i, j in ((0, 0), (0, 1), (1, 1)))
+    p, q = math.fsum(r[0] for r in rows), math.fsum(r[1] for r in rows)
+    determinant = a * c - b * b
+    return (p * c - q * b) / determinant, (q * a - p * b) / determinant
+
+
 def slope_text(law):
     text = f"slope {law.slope:.2f}"
     if math.isfinite(law.half_width_95):

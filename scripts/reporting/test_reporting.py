@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import zlib
 
 from reporting import axes, labels
-from reporting.fit import fitted, power_law, t_quantile
+from reporting.fit import fitted, line, power_law, t_quantile
 from reporting.markup import numeric_column, to_html, to_markdown
 from reporting.page import Page
 from reporting.plots import HEIGHT, WIDTH, Plot, Series, draw
@@ -42,6 +42,14 @@ class Fits(unittest.TestCase):
             self.assertAlmostEqual(law.slope, slope, 12)
             self.assertAlmostEqual(law.factor / factor, 1, 12)
             self.assertAlmostEqual(law.half_width_95, 0, 10)
+
+    def test_lines(self):
+        offset, slope = line([(1, 3), (2, 5), (4, 9)])
+        self.assertAlmostEqual(offset, 1)
+        self.assertAlmostEqual(slope, 2)
+        offset, slope = line([(0, 1), (1, 3), (1, 6)])  # relative: of 3 and 6 at one place 3.6 costs least
+        self.assertAlmostEqual(offset, 1)
+        self.assertAlmostEqual(slope, 2.6)
 
     def test_half_width_by_hand(self):
         """ln x = -1, 0, 1 and ln y = 0, 1, 0: slope 0, residuals -1/3, 2/3, -1/3"""

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/relight/relighter.h"
 
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -35,6 +36,16 @@ Vec2 pixel_noise(uint32_t x, uint32_t y) {
     uint32_t h = x * 0x8da6b343u ^ y * 0xd8163841u;
     h ^= h >> 15, h *= 0x2c1b3c6du, h ^= h >> 12, h *= 0x297a2d39u, h ^= h >> 15;
     return {float(h & 0xffff) / 65536.0f, float(h >> 16) / 65536.0f};
+}
+
+// [channel][lane]. A fit's own values are not negative; what is left are roundings, and maps made otherwise.
+std::size_t cut_negative(float* block) {
+    std::size_t cut = 0;
+    for (int i = 0; i < 3 * kLanes; ++i) {
+        cut += block[i] < 0;
+        block[i] = std::max(block[i], 0.0f);
+    }
+    return cut;
 }
 
 float fraction(float x) { return x - std::floor(x); }
@@ -85,11 +96,14 @@ void Relighter::update(const ViewState& state, const Imath::V2i& size) {
 }
 
 void Relighter::evaluate(const std::vector<uint32_t>& blocks) {
+    std::atomic<std::size_t> cut = 0;
     parallel_for((blocks.size() + kBlocksAtOnce - 1) / kBlocksAtOnce, [&](std::size_t chunk) {
         const std::size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksAtOnce);
-        for (std::size_t i = chunk * kBlocksAtOnce; i < end; ++i) evaluate_block(blocks[i]);
+        std::size_t own = 0;
+        for (std::size_t i = chunk * kBlocksAtOnce; i < end; ++i) own += evaluate_block(blocks[i]);
+        cut += own;
     });
-    statistics_.cut_values = cut_values_.exchange(0);
+    statistics_.cut_values = cut;
 }
 
 void Relighter::evaluate_all() {
@@ -175,16 +189,17 @@ void Relighter::count_points() {
     statistics_.cache_bytes = bytes;
 }
 
-void Relighter::evaluate_block(std::size_t block) {
+std::size_t Relighter::evaluate_block(std::size_t block) {
     float* sum = &blocks_.irradiance[block * 3 * kLanes];
+    std::size_t cut = 0;
     std::fill_n(sum, 3 * kLanes, 0.0f);
     for (const ActiveBox& active : boxes_) {
         const PackedBox& box = *active.box;
         kernels_.evaluate(&box.coefficients[block * box.block_length()], int(box.terms.size()), box.channels,
                           active.monomials.data(), &active.power.x, sum);
     }
-    if (map_.outline().mend_signs) cut_negative(sum);
-    if (state_->view != View::trust) return;
+    if (map_.outline().mend_signs) cut = cut_negative(sum);
+    if (state_->view != View::trust) return cut;
     float* residual = &blocks_.residual[block * 3 * kLanes];
     std::fill_n(residual, 3 * kLanes, 0.0f);
     for (const ActiveBox& active : boxes_)
@@ -194,16 +209,7 @@ void Relighter::evaluate_block(std::size_t block) {
                 for (int c = 0; c < 3; ++c)
                     residual[c * kLanes + lane] += active.box->residuals[patch] * active.power[c];
         }
-}
-
-// A fit's own values are not negative; what is left are roundings, and maps that were made otherwise.
-void Relighter::cut_negative(float* block) {
-    std::size_t cut = 0;
-    for (int i = 0; i < 3 * kLanes; ++i) {
-        cut += block[i] < 0;
-        block[i] = std::max(block[i], 0.0f);
-    }
-    if (cut > 0) cut_values_.fetch_add(cut, std::memory_order_relaxed);
+    return cut;
 }
 
 // terms[block][lane]: irradiance at each point of the tile for 1 W.

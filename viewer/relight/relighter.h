@@ -2,8 +2,6 @@
 // Frames of a baked scene while lamps and camera move: keeps all that the last change left valid. No OpenGL.
 #pragma once
 
-#include <atomic>
-
 #include "common/core/image.h"
 #include "viewer/relight/coefficient_store.h"
 #include "viewer/relight/view_cache.h"
@@ -78,8 +76,7 @@ class Relighter {
     void for_each_tile(Sink sink);
     void evaluate(const std::vector<uint32_t>& blocks);
     void evaluate_all();
-    void evaluate_block(std::size_t block);
-    void cut_negative(float* block);  // [channel][lane]
+    std::size_t evaluate_block(std::size_t block);  // how many values it cut at 0
     void trace_lamp(const ViewTile& tile, std::size_t lamp, int pass, AlignedVector<float>& terms) const;
     template <class Sink>
     void shade(const ViewTile& tile, const LampTerms& terms, Sink sink) const;
@@ -108,7 +105,6 @@ class Relighter {
     std::vector<uint8_t> traced_;   // lamps whose terms are valid
     Blocks blocks_;
     std::vector<ActiveBox> boxes_;
-    std::atomic<std::size_t> cut_values_ = 0;
     bool evaluated_all_ = false, view_is_due_ = true;
     FrameStatistics statistics_;
 };

@@ -44,9 +44,8 @@ void Stencil::add(const IlluminationMap& map, int patch, const Index3& step, int
 }
 
 UnseenByAxis Stencil::unseen_at(const IlluminationMap& map, int home, const Vec3& place, const Vec3& normal) {
-    if (sees_all_) return {};
+    if (const UnseenByAxis* known = known_unseen(home)) return *known;
     if (layered_ >> (home % kCornerCount) & 1) return layers_of(map, home).at(place, normal);
-    if (known_ >> home & 1) return unseen_[std::size_t(home)];  // the same all over a part of a cell
     const auto by_facing = unseen_from(map, low_, place, normal, mask_);
     UnseenByAxis unseen{};
     for (std::size_t k = 0; k < kFacingCount; ++k) unseen[k / 2] |= by_facing[k];

@@ -19,7 +19,14 @@ class Stencil {
     const std::vector<StencilEntry>& entries() const { return entries_; }
     const std::vector<uint32_t>& patches() const { return patches_; }
 
-    // What a place does not see. `home`: as in kCellRows; `place`: in cells from the lowest centre.
+    // What a place does not see. `home`: as in kCellRows. Null: depends on more, or is not known yet.
+    const UnseenByAxis* known_unseen(int home) const {
+        static constexpr UnseenByAxis kNothing{};
+        if (sees_all_) return &kNothing;
+        const bool is_known = !(layered_ >> (home % kCornerCount) & 1) && (known_ >> home & 1);
+        return is_known ? &unseen_[std::size_t(home)] : nullptr;
+    }
+    // The same in all cases. `place`: in cells from the lowest centre.
     UnseenByAxis unseen_at(const IlluminationMap& map, int home, const Vec3& place, const Vec3& normal);
 
     uint32_t tile = 0, group = 0;  // the group that stands for it in a tile

@@ -192,15 +192,20 @@ class TileBuilder {
             low.x < -1 || low.y < -1 || low.z < -1 || low.x >= size.x || low.y >= size.y || low.z >= size.z;
         const float* row = &scratch_.rows[std::size_t(slot / kLanes) * kLocatedRows * kLanes + slot % kLanes];
         Stencil& stencil = outside ? stencil_of(Index3(-1), 0) : stencil_of(low, mask);
-        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
-            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
-        const UnseenByAxis unseen = stencil.unseen_at(view_.map_, home, place, normal);
+        const UnseenByAxis* known = stencil.known_unseen(home);
+        const UnseenByAxis unseen = known ? *known : unseen_at(stencil, home, row);
         const uint32_t group = group_of(stencil);
         if (scratch_.counts[group]++ == 0)
             scratch_.factors[group] = factor;
         else if (factor != scratch_.factors[group])
             scratch_.mixed[group] = true;
         scratch_.points.push_back({slot, group, factor, pixel_, unseen});
+    }
+
+    UnseenByAxis unseen_at(Stencil& stencil, int home, const float* row) {
+        const Vec3 normal(row[3 * kLanes], row[4 * kLanes], row[5 * kLanes]),
+            place(row[9 * kLanes], row[10 * kLanes], row[11 * kLanes]);
+        return stencil.unseen_at(view_.map_, home, place, normal);
     }
 
     Stencil& stencil_of(const Index3& low, int mask) {

@@ -2,7 +2,7 @@
 """Error against bake time: what each second of a bake buys."""
 import json
 
-from ..fit import fitted, power_law
+from ..fit import fitted, line, power_law
 from ..plots import Series
 from ..tools import half_width, run_json, say
 
@@ -67,13 +67,9 @@ def by_photons(runs, key):
 
 def floor_of(points):
     """Least squares of e² = floor² + c / photons, relative errors weighed alike: the floor, or 0."""
-    rows = [(1 / (e * e), 1 / (n * e * e)) for n, e, _, _ in points]
-    a = sum(r[0] * r[0] for r in rows)
-    b = sum(r[0] * r[1] for r in rows)
-    c = sum(r[1] * r[1] for r in rows)
-    p, q = sum(r[0] for r in rows), sum(r[1] for r in rows)
-    determinant = a * c - b * b
-    return max(0.0, (p * c - q * b) / determinant) ** 0.5 if determinant > 0 else 0.0
+    if len({n for n, *_ in points}) < 2:
+        return 0.0
+    return max(0.0, line([(1 / n, e * e) for n, e, _, _ in points])[0]) ** 0.5
 
 
 def pareto(runs):

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+from ..fit import line
 from ..plots import Series
 from ..tools import ROOT, bake, has, run, run_json, say, view
 
@@ -59,6 +60,24 @@ def photon_map_curve(campaign, map_file, base_photons, positions, name):
     return points
 
 
+def gathering_curve(campaign, map_file, photons, name):
+    """Final gathering with more and more rays per hit: the cheapest of the photon maps where errors are small."""
+    points = []
+    for rays in (16, 32, 64, 128, 256):
+        options = ["--integrator", "photon_map", "--photons", photons, "--nearest", 100, "--gather", rays]
+        stats = view(map_file, campaign.work(f"{name}_photon_map.exr"), *options, "--spp", 1, "--size", SIZE)
+        points.append([rays, evaluated(campaign, map_file, *options, lights=6)["relrmse"], stats["frame_seconds"]])
+    return points
+
+
+def gathering_to(points, error):
+    """(rays, seconds) to an error, by e² = bias² + c / rays and seconds = s + t · rays through the points; None: never."""
+    bias, c = line([(1 / n, e * e) for n, e, _ in points])
+    start, slope = line([(n, t) for n, _, t in points])
+    rays = c / (error * error - bias) if error * error > bias else None
+    return rays and (rays, start + slope * rays)
+
+
 def cycles_curve(campaign, name, description):
     """Noise and seconds of a few samples, to be scaled by roots. None where Blender is not there."""
     if campaign.quick or not has("blender"):
@@ -108,8 +127,14 @@ def one_scene(campaign, page, name, description):
     series.append(Series("Whitted: direct light only", [(whitted_time, whitted, 0)], line=False))
     page.plot(f"{name}_frames", f"{name}, 393 × 393: the light after a lamp's move", "frame, s", "relative error", series,
               x_unit=" s", note="Marks on the paths' curve: samples per pixel.")
+    rows = table_rows(frames, paths, maps, cycles, whitted, whitted_time)
+    if not campaign.quick:
+        photons = 4 * maps[0]["photons"]
+        points = campaign.once(f"gathering_{name}",
+                               lambda: gathering_curve(campaign, campaign.work(f"{name}.vdb"), photons, name))
+        rows.insert(-1, gathering_row(photons, points, frames))
     page.table(["way", "error", "frame, s", "time to the error of our map with direct light traced / our frame",
-                "the same for all light baked"], table_rows(frames, paths, maps, cycles, whitted, whitted_time))
+                "the same for all light baked"], rows)
     if texture:
         page.text(f"**Polynomial texture map** of this view (one lamp plane, one camera; `viewer --export-ptm`), against path "
                   f"tracing: error {texture['relrmse']:.3f}, of our map's pictures at the same lamp positions "
@@ -143,6 +168,17 @@ def table_rows(frames, paths, maps, cycles, whitted, whitted_time):
                        for _, e, t in frames)])
     rows.append(["Whitted", f"{whitted:.4f}", f"{whitted_time:.3f}", *(["never"] * 2)])
     return rows
+
+
+def gathering_row(photons, points, frames):
+    """What lies between the settings that were measured."""
+    cells = []
+    for _, error, seconds in frames:
+        needed = gathering_to(points, error)
+        cells.append(f"{ratio_text(needed[1], seconds)} ({needed[0]:.0f} rays)" if needed else "never")
+    measured = ", ".join(f"{n}: {e:.4f} in {t:.2f} s" for n, e, t in points)
+    return [f"photon map, {photons:,} photons, 100 nearest, as many gathering rays as needed ({measured}; e² = bias² + c / rays)",
+            "", "", *cells]
 
 
 def section(campaign, page):
