@@ -190,14 +190,14 @@ Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
     return {int(key.cell / yz), int(key.cell % yz / grid.size.z), int(key.cell % grid.size.z)};
 }
 
-Projection::Projection(const Vec3& normal) : axis(0) {
+PlaneAxes::PlaneAxes(const Vec3& normal) : axis(0) {
     for (int i = 1; i < 3; ++i)
         if (std::abs(normal[i]) > std::abs(normal[axis])) axis = i;
     u = (axis + 1) % 3;
     v = (axis + 2) % 3;
 }
 
-int quarter_of(uint64_t packed, const Projection& to) {
+int quarter_of(uint64_t packed, const PlaneAxes& to) {
     const auto upper = [&](int axis) { return int(packed >> (16 * axis + 15) & 1); };
     return upper(to.u) + 2 * upper(to.v);
 }

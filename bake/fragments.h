@@ -28,16 +28,16 @@ FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, con
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
 
 // A plane's coordinates: without the axis along which projection loses most of it.
-struct Projection {
+struct PlaneAxes {
     int axis, u, v;
-    explicit Projection(const Vec3& normal);
+    explicit PlaneAxes(const Vec3& normal);
 };
 
 // A place in a fragment's box, 16 bits per axis: so fine that walls beside it stay on their side.
 uint64_t pack_place(const Fragment& fragment, const Vec3& position);
 Vec3 unpack_place(const Fragment& fragment, uint64_t packed);
 inline constexpr int kQuarters = 4;
-int quarter_of(uint64_t packed, const Projection& to);  // of the box
+int quarter_of(uint64_t packed, const PlaneAxes& to);  // of the box
 
 // Memory that cutting needs, about, and what this machine has; bytes.
 double fragment_bytes(const Scene& scene, const CellGrid& grid);

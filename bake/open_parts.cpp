@@ -42,7 +42,7 @@ class Opening {
 
     // On the triangle's plane.
     Vec3 flat(Vec3 p) const {
-        const Projection to(normal_);
+        const PlaneAxes to(normal_);
         p[to.axis] = corners_[0][to.axis] - ((p[to.u] - corners_[0][to.u]) * normal_[to.u] +
                                              (p[to.v] - corners_[0][to.v]) * normal_[to.v]) /
                                                 normal_[to.axis];
@@ -64,7 +64,7 @@ class Opening {
   private:
     // Of a share of the box; none off the fragment.
     std::optional<Vec3> place_at(const Imath::V2d& share) const {
-        const Projection to(normal_);
+        const PlaneAxes to(normal_);
         const Box3& box = fragment_.box;
         Vec3 p = box.min;
         p[to.u] += float(share.x) * (box.max[to.u] - box.min[to.u]);

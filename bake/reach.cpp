@@ -131,7 +131,7 @@ class Pass {
         if (f == hits_.size()) return;
         std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
         const uint64_t place = pack_place(fragments_[f], s.position);
-        draw(landings_[f][std::size_t(quarter_of(place, Projection(s.geometric_normal)))], place, photon);
+        draw(landings_[f][std::size_t(quarter_of(place, PlaneAxes(s.geometric_normal)))], place, photon);
     }
 
     // One landing of all, the same whatever thread comes first: that of the lowest random number.
