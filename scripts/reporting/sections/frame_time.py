@@ -175,7 +175,13 @@ def gathering_row(photons, points, frames):
     cells = []
     for _, error, seconds in frames:
         needed = gathering_to(points, error)
-        cells.append(f"{ratio_text(needed[1], seconds)} ({needed[0]:.0f} rays)" if needed else "never")
+        if not needed:
+            cells.append("never")
+        elif needed[0] < points[0][0]:
+            cells.append("no gathering needed")
+        else:
+            beyond = ", extrapolated" if needed[0] > points[-1][0] else ""
+            cells.append(f"{ratio_text(needed[1], seconds)} ({needed[0]:.0f} rays{beyond})")
     measured = ", ".join(f"{n}: {e:.4f} in {t:.2f} s" for n, e, t in points)
     return [f"photon map, {photons:,} photons, 100 nearest, as many gathering rays as needed ({measured}; e² = bias² + c / rays)",
             "", "", *cells]
