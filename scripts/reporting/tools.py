@@ -25,8 +25,10 @@ class Campaign:
     data: dict = field(default_factory=dict)  # all numbers, for report.json
     key: str = ""  # of programs, scenes and thoroughness
     seconds: float = 0  # of measuring, whenever it was done
+    plans: dict = field(default_factory=dict)
 
     def __post_init__(self):
+        self.settings = self.choose({"reach_photons": 2**20}, {})  # of every bake
         parts = [str(self.quick).encode()]
         parts += [path.read_bytes() for path in (BIN / "bake", BIN / "viewer", *self.scenes.values())]
         parts += [path.read_bytes() for d in self.scenes.values() for path in sorted(d.parent.glob("*.glb"))]
@@ -48,6 +50,11 @@ class Campaign:
         self.data[name] = known["value"]
         self.seconds += known.get("seconds", 0)
         return known["value"]
+
+    def plan(self, description):
+        if description not in self.plans:
+            self.plans[description] = run_json("bake", "plan", description, "--json", *settings_options(self.settings))
+        return self.plans[description]
 
     def work(self, name):
         path = self.folder / "work" / name
@@ -100,7 +107,7 @@ def bake(campaign, name, description, **settings):
     target = campaign.work(f"{name}.vdb")
     if not target.exists():
         say(f"baking {name}")
-        run("bake", "run", description, "-o", target, *settings_options(settings))
+        run("bake", "run", description, "-o", target, *settings_options(campaign.settings | settings))
     return target
 
 

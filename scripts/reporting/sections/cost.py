@@ -5,12 +5,13 @@ import os
 
 from ..fit import fitted, power_law
 from ..plots import Series
-from ..tools import run_json, run_measured, say, settings_options
+from ..tools import run_measured, say, settings_options
 
 
 def measure(campaign, name, description, settings, *options):
     target = campaign.work(f"cost_{name}.vdb")
-    seconds, peak = run_measured("bake", "run", description, "-o", target, "--overwrite", *settings_options(settings), *options)
+    seconds, peak = run_measured("bake", "run", description, "-o", target, "--overwrite",
+                                 *settings_options(campaign.settings | settings), *options)
     run = json.loads((target.with_name(target.name + ".work") / "run.json").read_text())
     return {"seconds": seconds, "peak": peak, "cells_seconds": run["cells_seconds"], "trace_seconds": run["trace_seconds"],
             "fit_seconds": run["fit_seconds"]}
@@ -88,7 +89,7 @@ AXES = {
 def measure_all(campaign):
     say("cost as the work grows")
     temple = campaign.scenes["temple"]
-    cells = max(run_json("bake", "plan", temple, "--json")["grid"])
+    cells = max(campaign.plan(temple)["grid"])
     four = temple.parent / "temple_four_lamps.toml"
     few = {"photons": 10000}
     count = campaign.choose(2, 4)

@@ -103,7 +103,7 @@ def measure(campaign, name, description):
     say(f"{name}: error against frame time")
     frames, evaluation = ours(campaign, name, description)
     map_file = campaign.work(f"{name}.vdb")
-    plan = run_json("bake", "plan", description, "--json")
+    plan = campaign.plan(description)
     whitted = evaluated(campaign, map_file, "--integrator", "whitted", lights=campaign.choose(2, 4))["relrmse"]
     whitted_time = view(map_file, campaign.work(f"{name}_whitted.exr"), "--integrator", "whitted", "--spp", 1, "--size",
                         SIZE)["frame_seconds"]

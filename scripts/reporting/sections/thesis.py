@@ -34,7 +34,7 @@ def measure_tables(campaign, scenes):
                                    SIZE)["frame_seconds"]
         kept[name] = {"whitted": rival("whitted"), "photon_map": rival("photon_map"), "baked": bake_seconds(both),
                       "lamp_moving": frame_rate(both, "--direct", "baked"),
-                      "plan": run_json("bake", "plan", campaign.scenes[name], "--json"),
+                      "plan": campaign.plan(campaign.scenes[name]),
                       "info": run_json("bake", "info", both, "--json")}
     if not campaign.quick:
         four = campaign.scenes["temple"].parent / "temple_four_lamps.toml"
