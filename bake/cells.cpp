@@ -2,17 +2,18 @@
 #include "bake/cells.h"
 
 #include <cmath>
-#include <limits>
 
 #include "bake/open_parts.h"
+#include "bake/places.h"
 #include "bake/sight_lines.h"
+#include "bake/unlit_regions.h"
+#include "common/core/parallel.h"
 
 namespace pim {
 namespace {
 
+constexpr int kCutPackets = 4;       // of places that say how a split cuts a fragment
 constexpr double kLeastArea = 1e-6;  // of a cell's face: smaller patches would hold nothing but noise
-
-constexpr double kLayerGap = 0.1;  // in cells: surfaces parted by more are two layers
 
 struct PatchSum {
     double area = 0;
@@ -24,95 +25,137 @@ struct PatchSum {
     }
 };
 
-// How far a place lies along a facing.
-double along(int facing, const Vec3d& place) { return facing % 2 ? -place[facing / 2] : place[facing / 2]; }
+// What a cell's kept fragments make.
+struct CellPatches {
+    std::vector<Patch> patches;
+    std::vector<PatchSplit> split;
+    std::vector<Fragment> pieces;  // fragments, cut where a split goes through them
+};
 
 class PatchBuilder {
   public:
-    PatchBuilder(const CellGrid& grid, const std::vector<Fragment>& fragments, Cells& cells)
-        : grid_(grid), fragments_(fragments), cells_(cells) {}
+    // `open`: places of the fragments that are not wholly open. The arguments must outlive the builder.
+    PatchBuilder(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
+                 const std::vector<Fragment>& fragments, const std::vector<std::vector<Vec3>>& open)
+        : scene_(scene),
+          grid_(grid),
+          fragments_(fragments),
+          open_(open),
+          splitter_(scene, caster, grid, fragments) {}
 
-    // Patches of one cell from its kept fragments.
-    void add_cell(const Index3& cell, const std::vector<std::size_t>& kept) {
-        std::array<double, kFacingCount> split;
-        std::array<PatchSum, kSlotCount> sums{};
+    CellPatches build(const Index3& cell, const std::vector<std::size_t>& kept) const {
+        CellPatches built;
         const Vec3d centre = grid_.centre(cell);
-        for (int f = 0; f < kFacingCount; ++f) {
-            split[f] = find_split(kept, f, centre);
-            for (const std::size_t i : kept) {
-                const bool behind = along(f, Vec3d(fragments_[i].centre) - centre) < split[f];
-                sums[f + kFacingCount * behind].add(fragments_[i], f);
-            }
-        }
+        std::array<PatchSplit, kFacingCount> split;
+        for (int f = 0; f < kFacingCount; ++f) split[f] = splitter_.find(kept, f, centre);
+        for (const std::size_t i : kept) cut(i, split[main_facing(fragments_[i])], centre, built.pieces);
+        std::array<PatchSum, kSlotCount> sums{};
+        for (const Fragment& piece : built.pieces)
+            for (int f = 0; f < kFacingCount; ++f)
+                sums[f + kFacingCount * split[f].is_behind(from(centre, piece.centre))].add(piece, f);
         for (int slot = 0; slot < kSlotCount; ++slot) {
             if (!(sums[slot].area > kLeastArea * grid_.cell_size * grid_.cell_size)) continue;
-            cells_.patches.push_back(
+            built.patches.push_back(
                 {cell, slot, float(sums[slot].area), Vec3(sums[slot].moment / sums[slot].area - centre)});
-            cells_.split.push_back(float(split[slot % kFacingCount]));
+            built.split.push_back(split[slot % kFacingCount]);
         }
+        return built;
     }
 
   private:
-    // Middle of the widest gap between surfaces one behind the other; -inf where none is wide enough.
-    double find_split(const std::vector<std::size_t>& kept, int facing, const Vec3d& centre) const {
-        constexpr double kNone = -std::numeric_limits<double>::infinity();
-        std::vector<std::pair<double, double>> extents;  // from, to
-        for (const std::size_t i : kept) {
-            if (!(fragments_[i].facing_area[facing] > 0.5f * fragments_[i].area)) continue;
-            const double a = along(facing, Vec3d(fragments_[i].box.min) - centre),
-                         b = along(facing, Vec3d(fragments_[i].box.max) - centre);
-            extents.push_back(std::minmax(a, b));
+    static Vec3 from(const Vec3d& centre, const Vec3& place) { return Vec3(Vec3d(place) - centre); }
+
+    // Two pieces where the split goes through the fragment, else one.
+    void cut(std::size_t f, const PatchSplit& split, const Vec3d& centre,
+             std::vector<Fragment>& pieces) const {
+        const Fragment& whole = fragments_[f];
+        std::array<Vec3, 2> sum{Vec3(0), Vec3(0)};
+        std::array<int, 2> count{};
+        const auto add = [&](const std::vector<Vec3>& places) {
+            for (const Vec3& place : places) {
+                const bool behind = split.is_behind(from(centre, place));
+                sum[behind] += place;
+                ++count[behind];
+            }
+        };
+        if (split.passes(whole.box, centre)) {
+            if (!open_.empty() && !open_[f].empty())
+                add(open_[f]);
+            else if (const FragmentPlane plane(scene_.geometry, whole); !plane.is_degenerate())
+                for (int number = 0; number < kCutPackets; ++number) add(plane.places(number));
         }
-        std::ranges::sort(extents);
-        double widest = kLayerGap * grid_.cell_size, split = kNone, reached = kNone;
-        for (const auto& [from, to] : extents) {
-            if (reached != kNone && from - reached > widest)
-                widest = from - reached, split = 0.5 * (from + reached);
-            reached = std::max(reached, to);
+        if (count[0] == 0 || count[1] == 0) {
+            pieces.push_back(whole);
+            return;
         }
-        return grid_.facings ? split : kNone;
+        for (std::size_t side = 0; side < 2; ++side) {
+            Fragment piece = whole;
+            const float share = float(count[side]) / float(count[0] + count[1]);
+            piece.centre = sum[side] / float(count[side]);
+            piece.area *= share;
+            for (float& area : piece.facing_area) area *= share;
+            pieces.push_back(piece);
+        }
     }
 
+    const Scene& scene_;
     const CellGrid& grid_;
     const std::vector<Fragment>& fragments_;
-    Cells& cells_;
+    const std::vector<std::vector<Vec3>>& open_;
+    PatchSplitter splitter_;
 };
 
+// Adds the patches to the cells; returns all pieces.
 template <class Keep>
-void build_patches(const std::vector<Fragment>& fragments, Keep keep, Cells& cells) {
-    PatchBuilder builder(cells.grid, fragments, cells);
-    for (std::size_t begin = 0; begin < fragments.size();) {
-        std::size_t end = begin;
+std::vector<Fragment> build_patches(const PatchBuilder& builder, const std::vector<Fragment>& fragments,
+                                    Keep keep, Cells& cells) {
+    std::vector<std::size_t> begins;  // of cells, and the end
+    for (std::size_t i = 0; i < fragments.size(); ++i)
+        if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) begins.push_back(i);
+    begins.push_back(fragments.size());
+    std::vector<CellPatches> built(begins.size() - 1);
+    parallel_for(built.size(), [&](std::size_t c) {
         std::vector<std::size_t> kept;
-        for (; end < fragments.size() && fragments[end].key.cell == fragments[begin].key.cell; ++end)
-            if (keep(end)) kept.push_back(end);
-        builder.add_cell(cell_of(cells.grid, fragments[begin].key), kept);
-        begin = end;
+        for (std::size_t i = begins[c]; i < begins[c + 1]; ++i)
+            if (keep(i)) kept.push_back(i);
+        built[c] = builder.build(cell_of(cells.grid, fragments[begins[c]].key), kept);
+    });
+    std::vector<Fragment> pieces;
+    for (const CellPatches& cell : built) {
+        cells.patches.insert(cells.patches.end(), cell.patches.begin(), cell.patches.end());
+        cells.split.insert(cells.split.end(), cell.split.begin(), cell.split.end());
+        pieces.insert(pieces.end(), cell.pieces.begin(), cell.pieces.end());
     }
+    cells.index = PatchIndex(cells.grid, cells.patches);
+    return pieces;
 }
 
 // Photons that landed on each patch.
 std::vector<double> hits_of_patches(const std::vector<Fragment>& fragments, const Reach& reach,
-                                    const Cells& cells, const PatchIndex& index) {
+                                    const Cells& cells) {
     std::vector<double> hits(cells.patches.size(), 0);
     for (std::size_t i = 0; i < fragments.size(); ++i) {
-        const auto* patches = index.find_cell(cell_of(cells.grid, fragments[i].key));
-        for (int slot = 0; patches && slot < kSlotCount; ++slot)
-            if ((*patches)[slot] >= 0 && fragments[i].facing_area[slot % kFacingCount] > 0)
-                hits[(*patches)[slot]] += reach.hits[i];
+        const Index3 cell = cell_of(cells.grid, fragments[i].key);
+        const auto* patches = cells.index.find_cell(cell);
+        const Vec3 from_centre(Vec3d(fragments[i].centre) - cells.grid.centre(cell));
+        for (int f = 0; patches && f < kFacingCount; ++f) {
+            const int patch = fragments[i].facing_area[f] > 0 ? cells.patch_at(*patches, f, from_centre) : -1;
+            if (patch >= 0) hits[std::size_t(patch)] += reach.hits[i];
+        }
     }
     return hits;
 }
 
 // The connected unlit patches of one slot around `start`, each marked as seen.
-std::vector<uint32_t> dark_region(uint32_t start, const Cells& cells, const PatchIndex& index,
-                                  const std::vector<double>& hits, std::vector<bool>& seen) {
+std::vector<uint32_t> dark_region(uint32_t start, const Cells& cells, const std::vector<double>& hits,
+                                  std::vector<bool>& seen) {
     std::vector<uint32_t> region{start};
     seen[start] = true;
     for (std::size_t next = 0; next < region.size(); ++next) {
         const Patch& patch = cells.patches[region[next]];
         for (int n = 0; n < 27; ++n) {
-            const int p = index.find(patch.cell + Index3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), patch.slot);
+            const int p =
+                cells.index.find(patch.cell + Index3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), patch.slot);
             if (p < 0 || seen[p] || hits[p] > 0) continue;
             seen[p] = true;
             region.push_back(uint32_t(p));
@@ -124,8 +167,7 @@ std::vector<uint32_t> dark_region(uint32_t start, const Cells& cells, const Patc
 // Drops regions of patches on which no photon landed, from whatever lamp and by whatever way, where more than
 // a few would have at kDarkShare of the mean irradiance.
 void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, Cells& cells) {
-    const PatchIndex index(cells.grid, cells.patches);
-    const std::vector<double> hits = hits_of_patches(fragments, reach, cells, index);
+    const std::vector<double> hits = hits_of_patches(fragments, reach, cells);
     double all_hits = 0, lit_area = 0;
     for (std::size_t p = 0; p < hits.size(); ++p)
         if (hits[p] > 0) all_hits += hits[p], lit_area += cells.patches[p].area;
@@ -134,7 +176,7 @@ void drop_unreached(const std::vector<Fragment>& fragments, const Reach& reach, 
     std::vector<bool> seen(hits.size(), false), dropped(hits.size(), false);
     for (std::size_t p = 0; p < hits.size(); ++p) {
         if (seen[p] || hits[p] > 0) continue;
-        const auto region = dark_region(uint32_t(p), cells, index, hits, seen);
+        const auto region = dark_region(uint32_t(p), cells, hits, seen);
         double area = 0;
         for (const uint32_t member : region) area += cells.patches[member].area;
         for (const uint32_t member : region) dropped[member] = area > enough;
@@ -158,13 +200,6 @@ bool has_patch(const Fragment& fragment, const Cells& cells) {
     return false;
 }
 
-std::vector<Fragment> counted_fragments(const Cells& cells, const std::vector<Fragment>& fragments) {
-    std::vector<Fragment> counted;
-    std::ranges::copy_if(fragments, std::back_inserter(counted),
-                         [&](const Fragment& f) { return !cells.is_left_out(f.key); });
-    return counted;
-}
-
 }  // namespace
 
 bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
@@ -172,7 +207,7 @@ bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::bina
 int Cells::patch_at(const std::array<int32_t, kSlotCount>& own, int facing, const Vec3& from_centre) const {
     const int front = own[facing], behind = own[facing + kFacingCount];
     if (front < 0 || behind < 0) return std::max(front, behind);
-    return along(facing, Vec3d(from_centre)) < split[front] ? behind : front;
+    return split[std::size_t(front)].is_behind(from_centre) ? behind : front;
 }
 
 IlluminationMap map_without_lights(const Cells& cells) {
@@ -190,11 +225,14 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     const SurfaceCells surface(cells.grid, scene.geometry);
     std::vector<Fragment> fragments = cut_into_fragments(scene, surface);
     for (const Fragment& f : fragments) cells.surface_area += f.area;
+    std::vector<std::vector<Vec3>> open;
+    const PatchBuilder builder(scene, caster, cells.grid, fragments, open);
+    std::vector<Fragment> pieces;
     if (scene.grid.reachable_area_only) {
         Reach reach = find_reach(scene, caster, surface, fragments, allowed, scene.grid.reach_photons);
-        keep_open_parts(scene, caster, cells.grid, fragments, reach);
+        open = keep_open_parts(scene, caster, cells.grid, fragments, reach);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
-        build_patches(fragments, keep, cells);
+        pieces = build_patches(builder, fragments, keep, cells);
         drop_unreached(fragments, reach, cells);
         cells.index = PatchIndex(cells.grid, cells.patches);
         const bool spheres = scene.grid.estimator == Estimator::sphere;  // reach into other cells
@@ -204,13 +242,11 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {
-        build_patches(
-            fragments, [](std::size_t) { return true; }, cells);
-        cells.index = PatchIndex(cells.grid, cells.patches);
+        pieces = build_patches(
+            builder, fragments, [](std::size_t) { return true; }, cells);
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
-    if (cells.grid.facings)
-        cells.sight = find_sight(scene, caster, cells, counted_fragments(cells, fragments));
+    if (cells.grid.facings) cells.sight = find_sight(scene, caster, cells, pieces);
     return cells;
 }
 

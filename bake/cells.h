@@ -5,6 +5,7 @@
 // them, and so are whole patches that no photon finds.
 #pragma once
 
+#include "bake/patch_split.h"
 #include "bake/reach.h"
 #include "common/map/illumination_map.h"
 
@@ -14,9 +15,8 @@ struct Cells {
     CellGrid grid;
     std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
-    std::vector<float> split;  // per patch: places that lie less than this far in front of the cell's
-                               // centre (m, along the facing) belong to the patch behind; -inf: none
-    PatchSight sight;          // everything without facings
+    std::vector<PatchSplit> split;      // per patch, the same for the one in front and the one behind
+    PatchSight sight;                   // everything without facings
     std::vector<FragmentKey> left_out;  // sorted
     double surface_area = 0;            // m², both sides of all surface in the grid
     double counted_area = 0;            // m², what the patches hold

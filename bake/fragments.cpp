@@ -176,7 +176,7 @@ double fragment_bytes(const Scene& scene, const CellGrid& grid) {
         const auto corners = scene.geometry.corners(t);
         count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
     }
-    return 4 * count * sizeof(Fragment);  // and what finds the unlit ones
+    return 5 * count * sizeof(Fragment);  // and what finds the unlit ones and cuts them
 }
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {

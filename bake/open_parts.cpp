@@ -2,52 +2,29 @@
 #include "bake/open_parts.h"
 
 #include <algorithm>
-#include <cmath>
+#include <numeric>
 #include <span>
 
+#include "bake/places.h"
 #include "common/core/parallel.h"
-#include "common/core/sampling.h"
 
 namespace pim {
 namespace {
 
 constexpr float kLift = 0.01f;  // cells
-constexpr int kLanes = RayPacket::kSize;
 constexpr int kPackets = 4;
-constexpr int kTries = 8;  // to find one place of a fragment in its box
 constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;  // times that open places vouch for others
 
 class Opening {
   public:
     Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, const Fragment& fragment)
-        : scene_(scene), caster_(caster), fragment_(fragment) {
-        corners_ = scene.geometry.corners(fragment.key.triangle);
-        normal_ = geometric_normal(corners_);
+        : plane(scene.geometry, fragment), scene_(scene), caster_(caster) {
         const float height = std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
-        lift_ = normal_ * (fragment.key.place % 2 ? -height : height);
+        lift_ = plane.normal() * (fragment.key.place % 2 ? -height : height);
     }
 
-    bool is_degenerate() const { return normal_ == Vec3(0); }
-
-    // Up to kLanes places spread over the fragment; another number, other places.
-    std::vector<Vec3> places(int number) const {
-        std::vector<Vec3> found;
-        for (int i = 0; i < kTries * kLanes && int(found.size()) < kLanes; ++i) {
-            const auto place = place_at(golden_place(number * kTries * kLanes + i));
-            if (place) found.push_back(*place);
-        }
-        return found;
-    }
-
-    // On the triangle's plane.
-    Vec3 flat(Vec3 p) const {
-        const PlaneAxes to(normal_);
-        p[to.axis] = corners_[0][to.axis] - ((p[to.u] - corners_[0][to.u]) * normal_[to.u] +
-                                             (p[to.v] - corners_[0][to.v]) * normal_[to.v]) /
-                                                normal_[to.axis];
-        return p;
-    }
+    const FragmentPlane plane;
 
     // Marks those that see one of the witnesses, then those that see one of these.
     std::vector<bool> open(const std::vector<Vec3>& places, std::span<const Vec3> witnesses) const {
@@ -62,21 +39,6 @@ class Opening {
     }
 
   private:
-    // Of a share of the box; none off the fragment.
-    std::optional<Vec3> place_at(const Imath::V2d& share) const {
-        const PlaneAxes to(normal_);
-        const Box3& box = fragment_.box;
-        Vec3 p = box.min;
-        p[to.u] += float(share.x) * (box.max[to.u] - box.min[to.u]);
-        p[to.v] += float(share.y) * (box.max[to.v] - box.min[to.v]);
-        p = flat(p);
-        const float slack = 1e-3f * std::max(box.max[to.u] - box.min[to.u], box.max[to.v] - box.min[to.v]);
-        if (p[to.axis] < box.min[to.axis] - slack || p[to.axis] > box.max[to.axis] + slack) return {};
-        for (int i = 0; i < 3; ++i)
-            if ((corners_[(i + 1) % 3] - corners_[i]).cross(p - corners_[i]).dot(normal_) < 0) return {};
-        return p;
-    }
-
     template <class WitnessOf>
     void look(const std::vector<Vec3>& places, std::vector<bool>& open, WitnessOf witness_of) const {
         HitPacket packet;
@@ -111,9 +73,7 @@ class Opening {
 
     const Scene& scene_;
     const RayCaster& caster_;
-    const Fragment& fragment_;
-    std::array<Vec3, 3> corners_;
-    Vec3 normal_, lift_;
+    Vec3 lift_;
 };
 
 // Places on a fragment's triangle and side, in its cell, where photons landed: its own first, then the
@@ -147,52 +107,55 @@ std::vector<Vec3> witnesses_of(std::size_t f, const std::vector<Fragment>& fragm
 
 struct OpenPart {
     float share = 1;
-    Vec3 centre;
+    std::vector<Vec3> places;  // that are open, unless all is
 };
 
-OpenPart open_part(const Opening& opening, const Fragment& fragment, const std::vector<Vec3>& witnesses) {
-    OpenPart part{1, fragment.centre};
-    Vec3 sum(0);
-    std::size_t seen = 0, all = 0;
+OpenPart open_part(const Opening& opening, const std::vector<Vec3>& witnesses) {
+    OpenPart part;
+    std::size_t all = 0;
     for (int packet = 0; packet < kPackets; ++packet) {
-        const std::vector<Vec3> places = opening.places(packet);
+        const std::vector<Vec3> places = opening.plane.places(packet);
         const std::vector<bool> open = opening.open(places, witnesses);
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (open[i]) sum += places[i], ++seen;
+            if (open[i]) part.places.push_back(places[i]);
         all += places.size();
-        if (packet == 0 && seen == all) return part;  // also where no place was found
+        if (packet == 0 && part.places.size() == all) return {};  // also where no place was found
     }
-    part.share = float(seen) / float(all);
-    if (seen > 0) part.centre = sum / float(seen);
+    part.share = float(part.places.size()) / float(all);
     return part;
 }
 
 }  // namespace
 
-void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
-                     std::vector<Fragment>& fragments, Reach& reach) {
+std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCaster& caster,
+                                               const CellGrid& grid, std::vector<Fragment>& fragments,
+                                               Reach& reach) {
     std::vector<OpenPart> parts(fragments.size());
     constexpr std::size_t kBlock = 1024;
     parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {
-            parts[f].centre = fragments[f].centre;
             if (reach.dark[f]) continue;
             const Opening opening(scene, caster, grid, fragments[f]);
-            if (opening.is_degenerate()) continue;
+            if (opening.plane.is_degenerate()) continue;
             std::vector<Vec3> witnesses = witnesses_of(f, fragments, reach);
-            for (Vec3& w : witnesses) w = opening.flat(w);
-            if (!witnesses.empty()) parts[f] = open_part(opening, fragments[f], witnesses);
+            for (Vec3& w : witnesses) w = opening.plane.flat(w);
+            if (!witnesses.empty()) parts[f] = open_part(opening, witnesses);
         }
     });
+    std::vector<std::vector<Vec3>> open(fragments.size());
     for (std::size_t f = 0; f < fragments.size(); ++f) {
+        if (parts[f].share == 1) continue;
         if (parts[f].share == 0) {  // but for a sliver, if it was hit
             reach.dark[f] = true;
             continue;
         }
-        fragments[f].centre = parts[f].centre;
+        open[f] = std::move(parts[f].places);
+        fragments[f].centre =
+            std::accumulate(open[f].begin(), open[f].end(), Vec3(0)) / float(open[f].size());
         fragments[f].area *= parts[f].share;
         for (float& area : fragments[f].facing_area) area *= parts[f].share;
     }
+    return open;
 }
 
 }  // namespace pim

@@ -9,8 +9,10 @@ namespace pim {
 
 // A place of a fragment is open if it sees a place where a photon landed, on the same triangle's side in the
 // same cell, closely above the surface, or sees a place that does; glass does not hide. Area and centre
-// become those of the open part; what has none is dark.
-void keep_open_parts(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
-                     std::vector<Fragment>& fragments, Reach& reach);
+// become those of the open part; what has none is dark. Returns open places of each fragment that is not
+// wholly open.
+std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCaster& caster,
+                                               const CellGrid& grid, std::vector<Fragment>& fragments,
+                                               Reach& reach);
 
 }  // namespace pim

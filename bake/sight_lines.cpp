@@ -3,40 +3,21 @@
 
 #include <cmath>
 
+#include "bake/places.h"
 #include "common/core/parallel.h"
-#include "common/core/sampling.h"
 
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.3f;  // cells
 constexpr int kLanes = RayPacket::kSize;
 constexpr int kClear =
     4;  // of a packet's segments: fewer of one kind than this decide without another packet
 constexpr std::size_t kBlock = 64;
 
-struct Place {
+struct PartPlace {
     Vec3 position;  // above the surface
     float area;
     int part;
-};
-
-// Places to draw from, in proportion to area.
-class Places {
-  public:
-    void add(const Place& place) {
-        positions_.push_back(place.position);
-        sums_.push_back((sums_.empty() ? 0 : sums_.back()) + double(place.area));
-    }
-    bool empty() const { return sums_.empty(); }
-    const Vec3& at(double share) const {
-        const auto i = std::size_t(std::ranges::upper_bound(sums_, share * sums_.back()) - sums_.begin());
-        return positions_[std::min(i, positions_.size() - 1)];
-    }
-
-  private:
-    std::vector<Vec3> positions_;
-    std::vector<double> sums_;
 };
 
 class SightFinder {
@@ -46,7 +27,7 @@ class SightFinder {
         : caster_(caster), cells_(cells), places_(cells.patches.size()), all_(cells.patches.size()) {
         for (const Fragment& f : fragments) add(scene.geometry, f);
         for (std::size_t p = 0; p < places_.size(); ++p)
-            for (const Place& place : places_[p]) all_[p].add(place);
+            for (const PartPlace& place : places_[p]) all_[p].add(place.position, place.area);
     }
 
     PatchSight find() const {
@@ -71,8 +52,7 @@ class SightFinder {
         const Index3 cell = cell_of(cells_.grid, f.key);
         const auto* own = cells_.index.find_cell(cell);
         if (!own) return;
-        const float lift = (f.key.place % 2 ? -kLift : kLift) * float(cells_.grid.cell_size);
-        const Vec3 above = f.centre + geometric_normal(geometry.corners(f.key.triangle)) * lift;
+        const Vec3 above = lifted_centre(geometry, cells_.grid, f);
         const Vec3 from_centre(Vec3d(f.centre) - cells_.grid.centre(cell));
         const int fine = f.key.place / 2;  // z fastest
         const int part = fine >> 4 | (fine >> 2 & 3) << 2 | (fine & 3) << 4;
@@ -126,7 +106,7 @@ class SightFinder {
         const Around others = around(patch, of_later);
         if (std::ranges::all_of(others.seen, [](Seen s) { return s == Seen::all; })) return;
         std::array<Places, kPartCount> parts;
-        for (const Place& p : places_[patch]) parts[std::size_t(p.part)].add(p);
+        for (const PartPlace& p : places_[patch]) parts[std::size_t(p.part)].add(p.position, p.area);
         for (int part = 0; part < kPartCount; ++part) {
             const Places& from = parts[std::size_t(part)];
             if (from.empty()) continue;
@@ -153,12 +133,7 @@ class SightFinder {
 
     // Of kLanes segments.
     int free_segments(const Places& from, const Places& to, int packet_number) const {
-        RayPacket packet;
-        for (int lane = 0; lane < kLanes; ++lane) {
-            const Imath::V2d share = golden_place(packet_number * kLanes + lane);
-            const Vec3 a = from.at(share.x), b = to.at(share.y);
-            packet.set(lane, a, b - a, 1);
-        }
+        RayPacket packet = lines_between(from, to, packet_number);
         caster_.occluded(packet);
         int free = 0;
         for (int lane = 0; lane < kLanes; ++lane) free += !(packet.length[lane] < 0);
@@ -167,8 +142,8 @@ class SightFinder {
 
     const RayCaster& caster_;
     const Cells& cells_;
-    std::vector<std::vector<Place>> places_;  // [patch]
-    std::vector<Places> all_;                 // [patch]
+    std::vector<std::vector<PartPlace>> places_;  // [patch]
+    std::vector<Places> all_;                     // [patch]
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Counts up when the same settings give other volumes than before, so that old ones are not mixed in.
-constexpr int kTracerVersion = 6;
+constexpr int kTracerVersion = 7;
 
 std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
 
@@ -129,8 +129,11 @@ std::optional<Cells> WorkFolder::read_cells() const {
     const auto slots = cells_by_slot(cells.patches);
     for (int f = 0; f < kSlotCount; ++f) {
         if (slots[f].cells.empty()) continue;
-        const auto values = file.values("split/" + slot_name(cells.grid, f), slots[f].cells, 1);
-        for (std::size_t i = 0; i < values.size(); ++i) cells.split[slots[f].patches[i]] = values[i];
+        const auto offset = file.values("split/" + slot_name(cells.grid, f), slots[f].cells, 1);
+        const auto normal = file.values("split_normal/" + slot_name(cells.grid, f), slots[f].cells, 3);
+        for (std::size_t i = 0; i < offset.size(); ++i)
+            cells.split[slots[f].patches[i]] = {{normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]},
+                                                offset[i]};
     }
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
@@ -157,7 +160,7 @@ void WorkFolder::write_cells(const Cells& cells) const {
         write_sight(cells.sight, cells.patches, cells.grid,
                     [&](const auto&, const auto&, const auto&, int) { ++sight_grids; });
         VdbWriter writer(temporary, m, transform_of(cells.grid, origin_),
-                         3 * used_slots(cells.patches) + sight_grids);
+                         4 * used_slots(cells.patches) + sight_grids);
         write_patches(cells.patches, cells.grid,
                       [&](const auto& grid, const auto& active, const auto& values, int channels) {
                           writer.add(grid, active, values, channels);
@@ -169,9 +172,14 @@ void WorkFolder::write_cells(const Cells& cells) const {
         const auto slots = cells_by_slot(cells.patches);
         for (int f = 0; f < kSlotCount; ++f) {
             if (slots[f].cells.empty()) continue;
-            std::vector<float> values;
-            for (const uint32_t p : slots[f].patches) values.push_back(cells.split[p]);
-            writer.add("split/" + slot_name(cells.grid, f), slots[f].cells, values, 1);
+            std::vector<float> offset, normal;
+            for (const uint32_t p : slots[f].patches) {
+                offset.push_back(cells.split[p].offset);
+                const Vec3& n = cells.split[p].normal;
+                normal.insert(normal.end(), &n.x, &n.x + 3);
+            }
+            writer.add("split/" + slot_name(cells.grid, f), slots[f].cells, offset, 1);
+            writer.add("split_normal/" + slot_name(cells.grid, f), slots[f].cells, normal, 3);
         }
         writer.finish();
     });

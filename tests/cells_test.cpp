@@ -196,5 +196,37 @@ TEST(Cells, SurfacesOneBehindTheOtherAreTwoPatches) {
     EXPECT_NEAR(cells.patches[std::size_t(board)].centre.x, 0.0625 - 0.03, 1e-6);
 }
 
+// A partition between two rooms, turned against the cells: the floor runs on under it. Where it crosses a
+// cell, each side is a patch of its own, with its area and its middle.
+TEST(Cells, TheTwoSidesOfAPartitionAreTwoPatches) {
+    Scene scene = room_with_cells();
+    add_object(scene);
+    const float slope = 0.02f;  // crosses cells 3 on x from 0.40 of them to 0.56
+    add_quad(scene, {0.425f, 0, 0}, {slope, 0, 1}, {0, 1, 0});
+    const Cells cells = cells_of(scene);
+    double floor = 0;
+    for (int z = 0; z < 8; ++z) {
+        const Index3 cell(3, 0, z);
+        const int front = cells.index.find(cell, 2), behind = cells.index.find(cell, 2 + kFacingCount);
+        ASSERT_GE(front, 0) << z;
+        ASSERT_GE(behind, 0) << z;
+        const Patch &a = cells.patches[std::size_t(front)], &b = cells.patches[std::size_t(behind)];
+        const Patch &left = a.centre.x < b.centre.x ? a : b, &right = a.centre.x < b.centre.x ? b : a;
+        const double at = 0.425 + slope * (z + 0.5) / 8 - 0.375;  // from the cell's lower side, at its middle
+        const double tolerance = 0.02;  // 64 places in each of the four fragments that it crosses
+        EXPECT_NEAR(left.area, at / 8, tolerance * 0.125 / 8) << z;
+        EXPECT_NEAR(right.area, (0.125 - at) / 8, tolerance * 0.125 / 8) << z;
+        EXPECT_NEAR(left.centre.x, at / 2 - 0.0625, tolerance * 0.125) << z;
+        EXPECT_NEAR(right.centre.x, (at + 0.125) / 2 - 0.0625, tolerance * 0.125) << z;
+        floor += left.area + right.area;
+    }
+    EXPECT_NEAR(floor, 0.125, 1e-3 * 0.125);  // a place at the foot may count as covered
+    // Neither sees the other, and each sees its own side of the next cells.
+    const int front = cells.index.find({3, 0, 4}, 2);
+    const int west = cells.index.find({2, 0, 4}, 2);
+    EXPECT_FALSE(cells.sight.sees_all(std::size_t(front)));
+    EXPECT_FALSE(cells.sight.sees_all(std::size_t(west)));
+}
+
 }  // namespace
 }  // namespace pim

@@ -14,11 +14,13 @@ float plane_factor(float distance_in_cells) {
 }
 
 // Of the patches in front and behind, where there are both.
-int nearer_layer(const IlluminationMap& map, int front, int behind, const Vec3& from_centre,
-                 const Vec3& normal) {
+int own_layer(const IlluminationMap& map, int front, int behind, int part, const Vec3& from_centre,
+              const Vec3& normal) {
     if (front < 0 || behind < 0) return std::max(front, behind);
+    if (const int owner = map.sight.owner(front, behind, part); owner >= 0) return owner;
     const auto distance = [&](int patch) {
-        return std::abs(normal.dot(map.patches[std::size_t(patch)].centre - from_centre));
+        const Vec3 d = map.patches[std::size_t(patch)].centre - from_centre;
+        return layer_distance(d, normal);
     };
     return distance(front) <= distance(behind) ? front : behind;
 }
@@ -29,13 +31,15 @@ std::array<int, kFacingCount> patches_at(const IlluminationMap& map, const Index
                                          const Vec3& normal, int facings) {
     std::array<int, kFacingCount> own;
     own.fill(-1);
-    const Index3 step = home_of(place, normal).step();
+    const Home home = home_of(place, normal);
+    const Index3 step = home.step();
     const auto* patches = map.index.find_cell(low + step);
     if (!patches) return own;
     const Vec3 from_centre = (place - Vec3(step)) * float(map.grid.cell_size);
     for (std::size_t k = 0; k < kFacingCount; ++k)
         if (facings >> k & 1)
-            own[k] = nearer_layer(map, (*patches)[k], (*patches)[k + kFacingCount], from_centre, normal);
+            own[k] =
+                own_layer(map, (*patches)[k], (*patches)[k + kFacingCount], home.part, from_centre, normal);
     return own;
 }
 

@@ -25,9 +25,17 @@ struct PatchShare {
 void look_up(const IlluminationMap& map, const Vec3& position, const Vec3& normal,
              std::vector<PatchShare>& shares);
 
+// Orders the two patches of a cell and facing by how near a place's tangent plane and then the place itself
+// lies to their centroids. `to_centroid`: from the place.
+inline float layer_distance(const Vec3& to_centroid, const Vec3& normal) {
+    const float off_plane = normal.dot(to_centroid);
+    return off_plane * off_plane + 0.01f * to_centroid.length2();
+}
+
 // The patches that a place itself lies on, by facing, and what it does not see of those around it. `low`,
 // `place`: the lowest of the eight cells around it, and where it stands from that one's centre, in cells;
-// `facings`: a bit for each that counts there, others are -1 or see all. Of two layers the nearer.
+// `facings`: a bit for each that counts there, others are -1 or see all. Of two layers the one whose surface
+// the place's part of the cell holds, or else the nearer.
 std::array<int, kFacingCount> patches_at(const IlluminationMap& map, const Index3& low, const Vec3& place,
                                          const Vec3& normal, int facings);
 std::array<Unseen, kFacingCount> unseen_from(const IlluminationMap& map, const Index3& low, const Vec3& place,

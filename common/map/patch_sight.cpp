@@ -57,6 +57,12 @@ Unseen PatchSight::unseen(std::size_t patch, int part, int facing) const {
     return 0;
 }
 
+int PatchSight::owner(int patch, int other, int part) const {
+    if (sees_all(std::size_t(patch)) || sees_all(std::size_t(other))) return -1;
+    const bool one = find(std::size_t(patch), part), two = find(std::size_t(other), part);
+    return one == two ? -1 : one ? patch : other;
+}
+
 std::vector<PatchSight::Entry> PatchSight::entries() const {
     std::vector<Entry> all;
     for (uint32_t p = 0; p < patches_.size(); ++p)

@@ -31,6 +31,9 @@ class PatchSight {
     // `facing`: of the patch. A part without surface, next to one with it, sees what that one does: rounding
     // may take a place there.
     Unseen unseen(std::size_t patch, int part, int facing) const;
+    // Of two patches of one cell and facing that do not see each other: the one whose surface a part holds;
+    // -1 if it holds both or none of them.
+    int owner(int patch, int other, int part) const;
     bool sees_all(std::size_t patch) const { return patches_.empty() || patches_[patch].parts == 0; }
     bool sees_all() const { return unseen_.empty(); }
     std::vector<Entry> entries() const;  // by patch, then part

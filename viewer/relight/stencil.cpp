@@ -68,8 +68,10 @@ const Stencil::LayeredSight& Stencil::layers_of(const IlluminationMap& map, int 
         if (!(mask_ >> k & 1)) continue;
         const auto axis = std::size_t(k / 2);
         std::size_t layers = 0;
-        for (const int patch : {(*patches)[std::size_t(k)], (*patches)[std::size_t(k + kFacingCount)]}) {
-            if (patch < 0) continue;
+        const int front = (*patches)[std::size_t(k)], behind = (*patches)[std::size_t(k + kFacingCount)];
+        const int owner = front >= 0 && behind >= 0 ? map.sight.owner(front, behind, part) : -1;
+        for (const int patch : {front, behind}) {
+            if (patch < 0 || (owner >= 0 && patch != owner)) continue;
             sight.unseen[axis][layers] = map.sight.unseen(std::size_t(patch), part, k);
             sight.centre[axis][layers++] =
                 map.patches[std::size_t(patch)].centre / float(map.grid.cell_size) + Vec3(step);
@@ -83,7 +85,7 @@ UnseenByAxis Stencil::LayeredSight::at(const Vec3& place, const Vec3& normal) co
     UnseenByAxis nearer{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto distance = [&](std::size_t layer) {
-            return std::abs(normal.dot(centre[axis][layer] - place));
+            return layer_distance(centre[axis][layer] - place, normal);
         };
         const bool behind = (two >> axis & 1) && distance(1) < distance(0);
         nearer[axis] = unseen[axis][behind];
