@@ -23,7 +23,10 @@ fs::path output_of(const Scene& scene, const BakeOptions& options) {
     return options.output.value_or(default_output(scene.description_file));
 }
 
+// Any other name is likely to be that of a file which the bake reads.
 fs::path checked_output(fs::path output) {
+    if (output.extension() != ".vdb")
+        throw Error(fmt::format("{}: a map's name ends in .vdb; nothing was written", output.string()));
     check_output(output);
     return output;
 }
@@ -260,6 +263,7 @@ void bake_run(const fs::path& description, BakeOptions options) {
         const fs::path output = checked_output(output_of(scene, options));
         if (options.overwrite) fs::remove_all(WorkFolder::beside(output));
         options.overwrite = false;  // what is traced while choosing stays
+        WorkFolder::create(WorkFolder::beside(output));
         options.settings = choose_settings(std::move(scene), options.settings, WorkFolder::beside(output));
         scene = scene_of(description, options);
     }

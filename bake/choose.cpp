@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bake/grid_search.h"
+#include "bake/choice.h"
 #include "bake/lit_region.h"
 #include "bake/trial_fits.h"
 #include "common/core/log.h"
@@ -64,13 +64,26 @@ class Chooser {
         : scene_(std::move(scene)), settings_(given), work_folder_(std::move(work_folder)) {
         settings_.push_back({"target_error", ""});
         settings_.push_back({"time_budget", ""});
+        given_ = settings_.size();
         if (!scene_.choices.target_error && !scene_.choices.time_budget)
             scene_.choices.target_error = kDefaultTargetError;
     }
 
     std::vector<Setting> choose() {
-        choose_cells();
+        const auto known = read_choice(work_folder_);
+        const bool fits = known && known->open == open_choices(scene_);
+        if (fits && known->finished && known->description == scene_.description) {
+            log_info("what was chosen before is kept; --overwrite begins anew");
+            settings_.insert(settings_.end(), known->settings.begin(), known->settings.end());
+            return settings_;
+        }
+        if (fits)
+            keep_cells(*known);
+        else
+            choose_cells();
+        keep(false);
         trace_and_judge();
+        keep(true);
         return settings_;
     }
 
@@ -106,6 +119,31 @@ class Chooser {
             size.paths = std::max(16, int(paths / (size.positions * size.pixels)) / 2 * 2);
         }
         return size;
+    }
+
+    // ---- an earlier run
+
+    void keep(bool finished) const {
+        write_choice(work_folder_, {.description = scene_.description,
+                                    .open = open_choices(scene_),
+                                    .settings = {settings_.begin() + std::ptrdiff_t(given_), settings_.end()},
+                                    .grid = grid_,
+                                    .finished = finished});
+    }
+
+    void keep_cells(const Choice& known) {
+        for (const Setting& s : known.settings)
+            if (table_of_setting(s.key) == "grid" || s.key == "photons") settings_.push_back(s);
+        grid_ = known.grid;
+        log_info(
+            fmt::format("cells of {:.3g} m were chosen before; --overwrite begins anew", grid_.cell_size));
+        const RayCaster caster(scene_.geometry, InstructionSet::pinned);
+        const Solids solids = solids_of(scene_);
+        if (has_budget())
+            photon_seconds_ = time_photons(scene_, caster, [&](const Vec3& p) {
+                                  return solids.containing(p).empty();
+                              }).seconds_per_photon;
+        held_out_.emplace(scene_, caster, solids, held_out_size());
     }
 
     // ---- cells
@@ -240,6 +278,7 @@ class Chooser {
         append_lamps(so_far);
         const Stopwatch open_watch;
         tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
+        scene_.bake.photons = tracing_->scene().bake.photons;
         open_seconds_ = open_watch.seconds();
         tracing_->open(work_folder_);
         tracing_->find_cells(std::exchange(cells_, std::nullopt));
@@ -248,10 +287,11 @@ class Chooser {
         double traced_seconds = 0, traced = 0;
         for (int round = 1;; ++round) {
             const Stopwatch trace_watch;
-            trace_missing();
-            traced += photons_in_all() - std::exchange(counted_, photons_in_all());
-            traced_seconds += trace_watch.seconds();
-            photon_seconds_ = traced_seconds / traced;
+            if (const std::size_t positions = trace_missing(); positions > 0) {
+                traced += double(positions) * double(scene_.bake.photons);
+                traced_seconds += trace_watch.seconds();
+                photon_seconds_ = traced_seconds / traced;
+            }
             const Stopwatch judge_watch;
             figures_ = fits_->measure(lights_, degree_);
             choose_boxes();
@@ -301,13 +341,16 @@ class Chooser {
         return positions * double(scene_.bake.photons);
     }
 
-    void trace_missing() {
+    // Returns how many positions there were to trace.
+    std::size_t trace_missing() {
+        std::size_t traced = 0;
         for (std::size_t l = 0; l < lights_.size(); ++l) {
             std::vector<std::string> warnings;
             const auto samples = light_samples(lights_[l], int(l), tracing_->solids(), warnings);
-            tracing_->trace(samples);
+            traced += tracing_->trace(samples);
             fits_->add(int(l), samples);
         }
+        return traced;
     }
 
     // Photons still needed as a multiple of those traced, or the squared error at the end of the budget.
@@ -470,6 +513,7 @@ class Chooser {
     Stopwatch watch_;
     Scene scene_;
     std::vector<Setting> settings_;
+    std::size_t given_ = 0;  // so many of them
     fs::path work_folder_;
     std::optional<HeldOut> held_out_;
     GridFigures grid_;
@@ -479,7 +523,6 @@ class Chooser {
     std::optional<TrialFits> fits_;
     std::vector<Light> lights_;
     int degree_ = 3;
-    double counted_ = 0;
     TrialFigures figures_;
 };
 

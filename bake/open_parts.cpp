@@ -11,7 +11,7 @@
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.01f;  // cells
+constexpr float kLift = 0.002f;  // cells
 constexpr int kPackets = 4;
 constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;  // times that open places vouch for others

@@ -55,7 +55,7 @@ void Tracing::find_cells(std::optional<Cells> found) {
                          cells_.counted_area, cells_.surface_area));
 }
 
-void Tracing::trace(const std::vector<LightSample>& samples) {
+std::size_t Tracing::trace(const std::vector<LightSample>& samples) {
     const Stopwatch watch;
     std::vector<LightSample> missing;
     for (const LightSample& sample : samples)
@@ -69,6 +69,7 @@ void Tracing::trace(const std::vector<LightSample>& samples) {
         progress.advance();
     });
     if (!missing.empty()) note_seconds("trace_seconds", watch.seconds());
+    return missing.size();
 }
 
 void Tracing::note_seconds(const char* key, double seconds) const {

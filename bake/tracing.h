@@ -18,8 +18,8 @@ class Tracing {
     void open(const std::filesystem::path& work_folder);  // before all that follows
     // `found`: by somebody else already, with the same settings.
     void find_cells(std::optional<Cells> found = std::nullopt);
-    void trace(const std::vector<LightSample>& samples);
-    void note_seconds(const char* key, double seconds) const;  // adds to run.json
+    std::size_t trace(const std::vector<LightSample>& samples);  // what is missing; returns how many
+    void note_seconds(const char* key, double seconds) const;    // adds to run.json
 
     const Scene& scene() const { return scene_; }
     const RayCaster& caster() const { return caster_; }

@@ -103,11 +103,15 @@ WorkFolder::WorkFolder(fs::path path, std::string settings, const Scene& scene)
       settings_(std::move(settings)),
       origin_(scene.geometry.origin),
       channels_(is_grey(scene) ? 1 : 3) {
+    create(path_);
+}
+
+void WorkFolder::create(const fs::path& path) {
     std::error_code problem;
-    fs::create_directories(path_, problem);
+    fs::create_directories(path, problem);
     if (problem)
         throw Error(
-            fmt::format("{}: the work folder cannot be created: {}", path_.string(), problem.message()));
+            fmt::format("{}: the work folder cannot be created: {}", path.string(), problem.message()));
 }
 
 fs::path WorkFolder::beside(const fs::path& map_file) { return map_file.string() + ".work"; }

@@ -21,6 +21,7 @@ class WorkFolder {
     // `settings` from trace_settings. Creates the folder where needed. Throws Error: not writable.
     WorkFolder(std::filesystem::path path, std::string settings, const Scene& scene);
 
+    static void create(const std::filesystem::path& path);                       // throws Error
     static std::filesystem::path beside(const std::filesystem::path& map_file);  // OUT.vdb.work
 
     std::optional<Cells> read_cells() const;  // none yet: empty. Throws Error: made with other settings

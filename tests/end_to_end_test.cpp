@@ -192,6 +192,24 @@ TEST(EndToEnd, ABakeForATime) {
     ASSERT_EQ(timed.code, 0) << timed.text;
     EXPECT_NE(timed.text.find("the time is used"), std::string::npos) << timed.text;
     EXPECT_EQ(run("bake info " + map + " --description").text.find("time_budget"), std::string::npos);
+    // The same command keeps what it chose, whatever a clock would say now; another goal keeps the cells.
+    const std::string first = bytes(map);
+    const Outcome again = run("bake run " + scene + " --time-budget 4s -o " + map);
+    ASSERT_EQ(again.code, 0) << again.text;
+    EXPECT_NE(again.text.find("chosen before"), std::string::npos) << again.text;
+    EXPECT_EQ(bytes(map), first);
+    const Outcome longer = run("bake run " + scene + " --time-budget 5s -o " + map);
+    ASSERT_EQ(longer.code, 0) << longer.text;
+    EXPECT_NE(longer.text.find("were chosen before"), std::string::npos) << longer.text;
+}
+
+TEST(EndToEnd, ABakeOverwritesNothingButMaps) {
+    const std::string scene = description("spared");
+    const std::string before = bytes(scene);
+    const Outcome outcome = run("bake run " + scene + " -o " + scene);
+    EXPECT_EQ(outcome.code, 1) << outcome.text;
+    EXPECT_NE(outcome.text.find("ends in .vdb"), std::string::npos) << outcome.text;
+    EXPECT_EQ(bytes(scene), before);
 }
 
 TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
