@@ -193,11 +193,11 @@ TEST(EndToEnd, ABakeForATime) {
     EXPECT_NE(timed.text.find("the time is used"), std::string::npos) << timed.text;
     EXPECT_EQ(run("bake info " + map + " --description").text.find("time_budget"), std::string::npos);
     // The same command keeps what it chose, whatever a clock would say now; another goal keeps the cells.
-    const std::string first = bytes(map);
+    const std::string first = read_text(map);
     const Outcome again = run("bake run " + scene + " --time-budget 4s -o " + map);
     ASSERT_EQ(again.code, 0) << again.text;
     EXPECT_NE(again.text.find("chosen before"), std::string::npos) << again.text;
-    EXPECT_EQ(bytes(map), first);
+    EXPECT_EQ(read_text(map), first);
     const Outcome longer = run("bake run " + scene + " --time-budget 5s -o " + map);
     ASSERT_EQ(longer.code, 0) << longer.text;
     EXPECT_NE(longer.text.find("were chosen before"), std::string::npos) << longer.text;
@@ -205,11 +205,11 @@ TEST(EndToEnd, ABakeForATime) {
 
 TEST(EndToEnd, ABakeOverwritesNothingButMaps) {
     const std::string scene = description("spared");
-    const std::string before = bytes(scene);
+    const std::string before = read_text(scene);
     const Outcome outcome = run("bake run " + scene + " -o " + scene);
     EXPECT_EQ(outcome.code, 1) << outcome.text;
     EXPECT_NE(outcome.text.find("ends in .vdb"), std::string::npos) << outcome.text;
-    EXPECT_EQ(bytes(scene), before);
+    EXPECT_EQ(read_text(scene), before);
 }
 
 TEST(EndToEnd, JsonHasTheKeysThatOthersRead) {
