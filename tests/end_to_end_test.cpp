@@ -54,19 +54,20 @@ nlohmann::json json_of(const std::string& command) {
 TEST(EndToEnd, SameBytesAtAnyThreadCountAndAnySplit) {
     const std::string scene = description("threads");
     for (const char* threads : {"1", "2", "4"})
-        ASSERT_EQ(
-            run("bake run " + scene + " -o " + map_path("threads") + threads + " --threads " + threads).code,
-            0);
-    const std::string one = read_text(map_path("threads") + "1");
-    EXPECT_EQ(one, read_text(map_path("threads") + "2"));
-    EXPECT_EQ(one, read_text(map_path("threads") + "4"));
-    const std::string parts = map_path("threads") + "p";
+        ASSERT_EQ(run("bake run " + scene + " -o " + map_path(std::string("threads") + threads) +
+                      " --threads " + threads)
+                      .code,
+                  0);
+    const std::string one = read_text(map_path("threads1"));
+    EXPECT_EQ(one, read_text(map_path("threads2")));
+    EXPECT_EQ(one, read_text(map_path("threads4")));
+    const std::string parts = map_path("threadsp");
     for (const char* part : {"2/3", "1/3", "3/3"})
         ASSERT_EQ(run("bake trace " + scene + " -o " + parts + " --part " + part).code, 0);
     ASSERT_EQ(run("bake fit " + scene + " -o " + parts).code, 0);
     EXPECT_EQ(one, read_text(parts));
     for (const char* threads : {"1", "2", "4"})
-        ASSERT_EQ(run("viewer " + map_path("threads") + "1 --output " + (test_folder() / "t").string() +
+        ASSERT_EQ(run("viewer " + map_path("threads1") + " --output " + (test_folder() / "t").string() +
                       threads + ".exr --threads " + threads)
                       .code,
                   0);
