@@ -249,6 +249,19 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
     return chosen;
 }
 
+// What was meant as a command and is none; empty if there is nothing of the kind.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--threads" || word == "--log-level") ++i;  // and its value
+        if (word.starts_with('-')) continue;
+        const auto commands =
+            app.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == word; });
+        return commands.empty() ? word : "";
+    }
+    return "";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -258,6 +271,11 @@ int main(int argc, char** argv) {
     try {
         command = parse(app, arguments, argc, argv);
     } catch (const CLI::ParseError& e) {
+        if (const std::string word = unknown_command(app, argc, argv);
+            e.get_exit_code() != 0 && !word.empty()) {
+            std::cerr << "'" << word << "' is no command; `bake --help` lists them\n";
+            return kExitUsage;
+        }
         return app.exit(e) == 0 ? kExitDone : kExitUsage;
     }
     return run_program(arguments.common, [&] { command(arguments); });
