@@ -56,6 +56,13 @@ class Campaign:
             self.plans[description] = run_json("bake", "plan", description, "--json", *settings_options(self.settings))
         return self.plans[description]
 
+    def described(self, description):
+        """Photons per position, positions and cells of a scene as it is described."""
+        plan = self.plan(description)
+        lamps = len([l for l in description.read_text().splitlines() if l.strip() == "[[light]]"])
+        return {"photons": plan["photons_total"] // plan["light_samples"], "samples": plan["light_samples"] // lamps,
+                "cells": max(plan["grid"])}
+
     def work(self, name):
         path = self.folder / "work" / name
         path.parent.mkdir(parents=True, exist_ok=True)

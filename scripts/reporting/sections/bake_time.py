@@ -12,13 +12,6 @@ EVERY_AXIS = ("temple",)
 QUICK = ("--lights", 6, "--pixels", 600, "--paths", 96)
 
 
-def base_of(plan, description):
-    """Photons per position, positions and cells of a scene as it is described."""
-    lamps = len([l for l in description.read_text().splitlines() if l.strip() == "[[light]]"])
-    return {"photons": plan["photons_total"] // plan["light_samples"], "samples": plan["light_samples"] // lamps,
-            "cells": max(plan["grid"])}
-
-
 def sweep(campaign, name, description, *axes):
     axes += tuple(f"{key}={value}" for key, value in campaign.settings.items())
     options = [word for axis in axes for word in ("--axis", axis)]
@@ -88,7 +81,7 @@ def text_of(settings, hidden):
 
 def measure(campaign, name, description):
     say(f"{name}: error against bake time")
-    base = base_of(campaign.plan(description), description)
+    base = campaign.described(description)
     with_others = name in EVERY_AXIS
     return {"base": base, "photons": photon_runs(campaign, name, description, base),
             "others": other_axes(campaign, name, description, base) if with_others else {}}
