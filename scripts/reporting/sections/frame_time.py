@@ -36,7 +36,7 @@ def ours(campaign, name, description):
 
 
 def finer(campaign, name, description):
-    """The same frame of a bake that takes minutes in place of seconds."""
+    """The same frame of a bake that takes some times as long."""
     settings = {key: round(FINER[key] * value) for key, value in campaign.described(description).items()}
     target = bake(campaign, f"{name}_finer", description, **settings)
     frame = benchmark(target, "--direct", "traced")["lamp_moving"]["median_ms"] / 1000
@@ -201,8 +201,7 @@ def gathering_row(photons, points, frames):
 def section(campaign, page):
     page.heading("Error against frame time")
     times = ", ".join(f"{factor} × {key}" for key, factor in FINER.items())
-    finer_too = (f"; those of the thesis' two scenes also finer ({times}), which takes minutes: the bake's time is paid once, the "
-                 "frame's for ever")
+    finer_too = f"; those of the thesis' two scenes also finer ({times}): a bake is paid once, a frame every time"
     page.text("A lamp moves, the camera rests: how long until the picture is right? Our frame is the viewer's own, from the lamp's "
               "move to 8 bits in memory (median of 120). Rivals start from the lamp's move too: photons are shot anew, paths traced "
               "anew; all use Embree and all cores. Errors of all but Cycles are taken along the same camera rays at unseen lamp "
