@@ -57,6 +57,35 @@ def line(points):
     return (p * c - q * b) / determinant, (q * a - p * b) / determinant
 
 
+class Approach(NamedTuple):
+    """e² = floor² + factor / n ^ power."""
+    floor: float
+    factor: float
+    power: float
+
+    def error(self, n):
+        return (self.floor ** 2 + self.factor * n ** -self.power) ** 0.5
+
+
+POWERS = [i / 50 for i in range(10, 61)]
+
+
+def approach(points):
+    """The Approach through points (n, e), by least squares of relative errors of e². Its power is fitted too where there
+    are four different n, else 1, as of plain photon noise. None where there are less than two n."""
+    different = len({n for n, _ in points})
+    tries = [approach_with(points, power) for power in (POWERS if different > 3 else [1])] if different > 1 else []
+    return min(tries, key=lambda t: math.fsum(((t.error(n) / e) ** 2 - 1) ** 2 for n, e in points), default=None)
+
+
+def approach_with(points, power):
+    squares = [(n ** -power, e * e) for n, e in points]
+    offset, factor = line(squares)
+    if offset > 0 and factor > 0:
+        return Approach(offset ** 0.5, factor, power)
+    return Approach(0.0, math.fsum(x / y for x, y in squares) / math.fsum((x / y) ** 2 for x, y in squares), power)
+
+
 def slope_text(law):
     text = f"slope {law.slope:.2f}"
     if math.isfinite(law.half_width_95):
@@ -70,6 +99,11 @@ def fitted(points):
         law = power_law(points)
     except ValueError:
         return None
+    return slope_text(law), curve(points, lambda x: law.factor * x ** law.slope)
+
+
+def curve(points, function):
+    """Over the span of the points."""
     first, last = min(x for x, _ in usable(points)), max(x for x, _ in usable(points))
     places = [first * (last / first) ** (i / (FIT_POINTS - 1)) for i in range(FIT_POINTS)]
-    return slope_text(law), [(x, law.factor * x ** law.slope) for x in places]
+    return [(x, function(x)) for x in places]

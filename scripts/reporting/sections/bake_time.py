@@ -2,7 +2,7 @@
 """Error against bake time: what each second of a bake buys."""
 import json
 
-from ..fit import fitted, line, power_law
+from ..fit import approach, curve
 from ..plots import Series
 from ..tools import half_width, run_json, say
 
@@ -58,13 +58,6 @@ def by_photons(runs, key):
              sum(r["bake_seconds"] for r in g) / len(g)) for n, g in sorted(groups.items())]
 
 
-def floor_of(points):
-    """Least squares of e² = floor² + c / photons, relative errors weighed alike: the floor, or 0."""
-    if len({n for n, *_ in points}) < 2:
-        return 0.0
-    return max(0.0, line([(1 / n, e * e) for n, e, _, _ in points])[0]) ** 0.5
-
-
 def pareto(runs):
     """Runs that no other beats in both error and time."""
     best, front = float("inf"), []
@@ -93,15 +86,19 @@ def one_scene(campaign, page, name, description):
     page.heading(f"{name}", 3)
     for key, what in (("relrmse_indirect", "indirect light"), ("relrmse", "whole picture")):
         points = by_photons(photons, key)
-        floor = floor_of(points)
-        falling = [(n, e, d) for n, e, d, _ in points if e > 1.5 * floor]
-        slope = power_law([(n, (e * e - floor * floor) ** 0.5) for n, e, _ in falling if e > floor]) if len(falling) > 1 else None
-        note = f"Floor of e² = floor² + c/N: {floor:.4f}."
-        if slope:
-            note += f" Above it, what is left of the floor falls with the power {slope.slope:.2f} (−0.5 expected)."
+        pairs = [(n, e) for n, e, _, _ in points]
+        law = approach(pairs)
+        floor = law.floor if law else 0
+        note = ""
+        if law:
+            fitted_too = len(pairs) > 3
+            note = (f"e² = floor² + c / N^p: floor {floor:.4f}, p = {law.power:.2f}" + ("" if fitted_too else ", taken for granted") +
+                    f". Above the floor the error falls with the power {-law.power / 2:.2f}".replace("-", "−"))
+            note += (" (−0.5: plain photon noise; less: the filter among patches takes away more where there is more)."
+                     if fitted_too else ".")
         page.plot(f"{name}_photons_{key}", f"{name}: {what}", "photons per lamp position", "relative error",
                   [Series("measured" + (", three seeds" if not campaign.quick and points[0][2] else ""),
-                          [(n, e, d) for n, e, d, _ in points], fit=fitted([(n, e) for n, e, _ in falling]))],
+                          [(n, e, d) for n, e, d, _ in points], fit=law and ("e² = floor² + c / N^p", curve(pairs, law.error)))],
                   lines=[(floor, "floor")] if floor else [], note=note)
     series = [Series("photons", [(t, e, d) for _, e, d, t in by_photons(photons, "relrmse")])]
     for axis, runs in others.items():
