@@ -90,12 +90,11 @@ def one_scene(campaign, page, name, description):
         law = approach(pairs)
         floor = law.floor if law else 0
         note = ""
-        if law:
-            fitted_too = len(pairs) > 3
-            note = (f"e² = floor² + c / N^p: floor {floor:.4f}, p = {law.power:.2f}" + ("" if fitted_too else ", taken for granted") +
-                    f". Above the floor the error falls with the power {-law.power / 2:.2f}".replace("-", "−"))
-            note += (" (−0.5: plain photon noise; less: the filter among patches takes away more where there is more)."
-                     if fitted_too else ".")
+        if law and len(pairs) > 3:
+            note = (f"e² = floor² + c / N^p: floor {floor:.4f}; above it the error falls with the power {-law.power / 2:.2f} (−0.5: "
+                    "plain photon noise; less: the filter among patches takes away more where there is more).").replace("-", "−")
+        elif law:
+            note = f"e² = floor² + c / N through too few counts of photons for more: floor {floor:.4f}."
         page.plot(f"{name}_photons_{key}", f"{name}: {what}", "photons per lamp position", "relative error",
                   [Series("measured" + (", three seeds" if not campaign.quick and points[0][2] else ""),
                           [(n, e, d) for n, e, d, _ in points], fit=law and ("e² = floor² + c / N^p", curve(pairs, law.error)))],
