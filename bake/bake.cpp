@@ -171,7 +171,7 @@ class Bake {
             a.x, a.y, a.z, e.x, e.y, e.z, c.x, c.y, c.z, sum.x, sum.y, sum.z, error.x, error.y, error.z));
         if (total.absorbed < kFewPhotons)
             log_warning(fmt::format(
-                "only {} of {} photons ended on a surface: the map holds little but noise; does the "
+                "few photons ended on a surface, {} of {}: the map holds little but noise; does the "
                 "lamp shine on the scene, and are there enough photons?",
                 total.absorbed, total.emitted));
         if (std::max({c.x, c.y, c.z}) > 0.01)
@@ -258,13 +258,15 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
 }
 
 void bake_run(const fs::path& description, BakeOptions options) {
+    const Stopwatch begun;
     Scene scene = scene_of(description, options);
     if (is_automatic(scene)) {
         const fs::path output = checked_output(output_of(scene, options));
         if (options.overwrite) fs::remove_all(WorkFolder::beside(output));
         options.overwrite = false;  // what is traced while choosing stays
         WorkFolder::create(WorkFolder::beside(output));
-        options.settings = choose_settings(std::move(scene), options.settings, WorkFolder::beside(output));
+        options.settings =
+            choose_settings(std::move(scene), options.settings, WorkFolder::beside(output), begun);
         scene = scene_of(description, options);
     }
     Bake bake(std::move(scene), options);

@@ -34,7 +34,8 @@ struct CellPatches {
 
 class PatchBuilder {
   public:
-    // `open`: places of the fragments that are not wholly open. The arguments must outlive the builder.
+    // `open`: places of the fragments that are not wholly open; empty: all are. The arguments must outlive
+    // the builder.
     PatchBuilder(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
                  const std::vector<Fragment>& fragments, const std::vector<std::vector<Vec3>>& open)
         : scene_(scene),
@@ -225,12 +226,11 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     const SurfaceCells surface(cells.grid, scene.geometry);
     std::vector<Fragment> fragments = cut_into_fragments(scene, surface);
     for (const Fragment& f : fragments) cells.surface_area += f.area;
-    std::vector<std::vector<Vec3>> open;
-    const PatchBuilder builder(scene, caster, cells.grid, fragments, open);
     std::vector<Fragment> pieces;
     if (scene.grid.reachable_area_only) {
         Reach reach = find_reach(scene, caster, surface, fragments, allowed, scene.grid.reach_photons);
-        open = keep_open_parts(scene, caster, cells.grid, fragments, reach);
+        const auto open = keep_open_parts(scene, caster, cells.grid, fragments, reach);
+        const PatchBuilder builder(scene, caster, cells.grid, fragments, open);
         const auto keep = [&](std::size_t i) { return !reach.dark[i]; };
         pieces = build_patches(builder, fragments, keep, cells);
         drop_unreached(fragments, reach, cells);
@@ -242,6 +242,8 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {
+        const std::vector<std::vector<Vec3>> all_open;
+        const PatchBuilder builder(scene, caster, cells.grid, fragments, all_open);
         pieces = build_patches(
             builder, fragments, [](std::size_t) { return true; }, cells);
     }

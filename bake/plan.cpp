@@ -40,7 +40,8 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
         const auto terms = terms_of(scene.bake.degree, boxes[0].moves()).size();
         const auto own = std::ranges::count_if(
             samples, [&](const LightSample& s) { return &scene.lights[s.light] == &light; });
-        if (double(own) < 2.0 * double(terms * boxes.size()))
+        const bool moves = light.domain.min != light.domain.max;
+        if (moves && double(own) < 2.0 * double(terms * boxes.size()))
             warnings.push_back(
                 fmt::format("light '{}': {} positions for {} boxes of {} terms are few; {} or more are "
                             "advised",

@@ -16,6 +16,8 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kSeed = 0x5eed;
+constexpr uint64_t kLightPhotons = 4096;  // per path of a pixel, lamp and view, for what only they find
+constexpr double kPhotonsOfAPath = 2;     // that cost as much
 
 // A place in pixel p of the raster; the stream goes on from there.
 Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
@@ -24,6 +26,13 @@ Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
 }
 
 }  // namespace
+
+double reference_photons(const Scene& scene, const EvaluateOptions& o) {
+    const double paths = double(o.lights) * o.pixels * o.paths;
+    if (!point_lamps_meet_specular(scene)) return kPhotonsOfAPath * paths;
+    const double images = 2.0 * o.lights * double(scene.cameras.size() * scene.lights.size());
+    return kPhotonsOfAPath * paths + images * double(kLightPhotons) * o.paths;
+}
 
 Moment evaluated_moment(const Scene& scene, const RayCaster& caster, const IlluminationMap& map,
                         const std::vector<LightState>& lamps) {
@@ -121,8 +130,8 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
     if (!point_lamps_meet_specular(scene)) return;
     // Light that only photons from the lamps find, from two independent images of the camera's own size.
     for (uint32_t half = 0; half < 2; ++half) {
-        const Image image =
-            light_image(paths, eye, eye.size, uint64_t(options_.paths) * 4096, seed_, 2 * number + half);
+        const Image image = light_image(paths, eye, eye.size, uint64_t(options_.paths) * kLightPhotons, seed_,
+                                        2 * number + half);
         for (ReferencePixel& p : pixels) {
             const Rgb& added =
                 image.at(int(p.place.x * float(image.width)), int(p.place.y * float(image.height)));

@@ -84,7 +84,9 @@ void Tracing::note_seconds(const char* key, double seconds) const {
     });
 }
 
-PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+namespace {
+
+PhotonTrial trace_some(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
     constexpr std::size_t kBlocks = 64;
     constexpr uint64_t kPhotons = 512;
     std::vector<uint64_t> landings(kBlocks);
@@ -103,6 +105,13 @@ PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const Posi
     uint64_t all = 0;
     for (const uint64_t n : landings) all += n;
     return {seconds / photons, double(all) / photons};
+}
+
+}  // namespace
+
+PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+    trace_some(scene, caster, allowed);  // wakes threads and caches
+    return trace_some(scene, caster, allowed);
 }
 
 Solids solids_of(const Scene& scene) {

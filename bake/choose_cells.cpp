@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/choose_cells.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "bake/choose_lamps.h"
+#include "bake/lit_region.h"
+#include "common/core/log.h"
+
+namespace pim {
+namespace {
+
+constexpr double kGridShare = 0.9;       // of the squared target error that cells alone may make
+constexpr double kSearchShare = 0.3;     // of the time for all cells that are tried
+constexpr double kReachShare = 0.05;     // ... for what light reaches, with the cells that are chosen
+constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end
+constexpr double kPatchPhotons = 150;    // photons that cost as much time as keeping a patch in all volumes
+constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
+constexpr double kMostPositions = 2000;
+constexpr double kFirstPhotons = 1 << 14;  // per lamp and position, for the first cells
+
+// 1, 2 or 5 times a power of ten.
+uint64_t round_number(double x) {
+    const double power = std::pow(10.0, std::floor(std::log10(x)));
+    const double digit = x / power;
+    return uint64_t(std::lround(power * (digit < 1.4 ? 1 : digit < 3.2 ? 2 : digit < 7 ? 5 : 10)));
+}
+
+class CellChooser {
+  public:
+    CellChooser(const Scene& scene, const Goal& goal, const RayCaster& caster, const PositionFilter& allowed,
+                HeldOut& held_out, double photon_seconds)
+        : scene_(scene),
+          goal_(goal),
+          caster_(caster),
+          allowed_(allowed),
+          held_out_(held_out),
+          photon_seconds_(photon_seconds),
+          grid_(scene.grid) {}
+
+    CellChoice choose() {
+        if (scene_.choices.cells && !scene_.grid.bounds) choose_bounds();
+        if (scene_.choices.cells && goal_.has_budget()) choose_reach();
+        Scene scene = scene_;
+        scene.grid = grid_;
+        GridSearch search(std::move(scene), caster_, allowed_, held_out_, goal_.hoped_square(),
+                          first_photons());
+        if (scene_.choices.cells)
+            choose_grid(search);
+        else
+            choice_.grid = search.measure(make_grid(scene_).cell_size);
+        if (scene_.choices.photons) choose_photons();
+        return std::move(choice_);
+    }
+
+  private:
+    void choose_bounds() {
+        const auto region = lit_region(scene_, caster_, allowed_);
+        if (!region) return;
+        const Vec3d low = scene_.geometry.to_world(region->min), high = scene_.geometry.to_world(region->max);
+        choice_.settings.push_back(
+            {"bounds",
+             fmt::format("{{ min = [{:.17g}, {:.17g}, {:.17g}], max = [{:.17g}, {:.17g}, {:.17g}] }}", low.x,
+                         low.y, low.z, high.x, high.y, high.z)});
+        grid_.bounds = Box3(scene_.geometry.to_local(low), scene_.geometry.to_local(high));
+        log_info(
+            fmt::format("chose bounds from {:.4g},{:.4g},{:.4g} to {:.4g},{:.4g},{:.4g}: little light lands "
+                        "elsewhere",
+                        low.x, low.y, low.z, high.x, high.y, high.z));
+    }
+
+    void choose_reach() {
+        const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_);
+        grid_.reach_photons =
+            std::clamp(std::bit_floor(affordable), uint64_t{1} << 20, GridSettings{}.reach_photons);
+    }
+
+    void choose_grid(GridSearch& search) {
+        double last = goal_.seconds();
+        const auto go_on = [&] {
+            const double now = goal_.seconds(), step = now - last;
+            last = now;
+            return !goal_.has_budget() || now + 3 * step < kSearchShare * goal_.budget();
+        };
+        const Vec3 size = grid_.bounds.value_or(bounds(scene_.geometry)).size();
+        choice_.grid = search.search(
+            double(std::max({size.x, size.y, size.z})), first_cells(),
+            [&](const GridFigures& f) { return grid_cost(f); }, go_on);
+        choice_.cells = search.take_cells();
+        choice_.settings.push_back({"cell_size", fmt::format("{:.17g}", choice_.grid.cell_size)});
+        choice_.settings.push_back({"reach_photons", std::to_string(grid_.reach_photons)});
+        log_info(fmt::format("chose cells of {:.3g} m: {}", choice_.grid.cell_size, grid_reason()));
+    }
+
+    // Along the longest side. Noise goes with one over the cells' area, the grid's error with their size or
+    // so: the best size goes with the fourth root of the photons.
+    double first_cells() const {
+        return goal_.has_budget() ? 22 * std::pow(std::max(1.0, affordable_photons() / 1e6), 0.25) : 22;
+    }
+
+    // For the first grid: with a budget, a twentieth of the time at most.
+    uint64_t first_photons() const {
+        if (!goal_.has_budget()) return uint64_t(kFirstPhotons);
+        const double volumes = 2.0 * held_out_.positions() * double(scene_.lights.size());
+        return uint64_t(std::clamp(0.05 * goal_.budget() / photon_seconds_ / volumes, 2048.0, kFirstPhotons));
+    }
+
+    double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }
+
+    // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
+    // shrinkage takes about half of it away again.
+    double map_noise(const GridFigures& f) const { return 0.2 * double(terms_of_cubic(scene_)) * f.noise; }
+
+    // Photons that reach the target, or the squared error that the budget reaches.
+    double grid_cost(const GridFigures& f) const {
+        const double keeping = kPatchPhotons * double(f.patches), square = std::max(0.0, f.square);
+        if (!goal_.has_budget()) {
+            const double room = goal_.square() - square;
+            return square < kGridShare * goal_.square() ? map_noise(f) / room + keeping
+                                                        : 1e18 * square / goal_.square();
+        }
+        const double photons = affordable_photons() - keeping;
+        return photons > 0 ? square + map_noise(f) / photons : 1e18 * keeping;
+    }
+
+    std::string grid_reason() const {
+        if (goal_.has_budget()) return "the least error for the time";
+        return choice_.grid.square < kGridShare * goal_.square()
+                   ? "the fewest photons for the target"
+                   : "no others come nearer to the target, which they alone miss";
+    }
+
+    // So many per position that the planned positions hold all that are needed.
+    void choose_photons() {
+        const GridFigures& grid = choice_.grid;
+        const double wanted = goal_.has_budget() ? affordable_photons()
+                                                 : map_noise(grid) / std::max(goal_.square() - grid.square,
+                                                                              0.2 * goal_.square());
+        double positions = 0;
+        for (const Light& light : scene_.lights) positions += planned_positions(light);
+        const double fewest = std::max(2000.0, 0.2 * double(grid.patches));
+        // More positions serve more boxes, at the same noise; but each has its patches to keep.
+        const double most = std::max({kPhotonsOfAFile, double(grid.patches), wanted / kMostPositions});
+        const uint64_t photons = round_number(std::clamp(wanted / positions, fewest, most));
+        choice_.settings.push_back({"photons", std::to_string(photons)});
+        log_info(fmt::format("chose {} photons per lamp position", photons));
+    }
+
+    const Scene& scene_;
+    const Goal& goal_;
+    const RayCaster& caster_;
+    const PositionFilter& allowed_;
+    HeldOut& held_out_;
+    double photon_seconds_;
+    GridSettings grid_;  // as far as it is chosen
+    CellChoice choice_;
+};
+
+}  // namespace
+
+CellChoice choose_cells(const Scene& scene, const Goal& goal, const RayCaster& caster,
+                        const PositionFilter& allowed, HeldOut& held_out, double photon_seconds) {
+    return CellChooser(scene, goal, caster, allowed, held_out, photon_seconds).choose();
+}
+
+}  // namespace pim

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/choose_lamps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bake/trial_fits.h"
+#include "common/core/log.h"
+#include "common/map/polynomial.h"
+
+namespace pim {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kMostPhotons = 4e9;  // in all, without a time budget
+constexpr double kMetShare = 0.97;    // of the target: what was chosen by its error looks better than it is
+constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
+constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
+constexpr double kPositionsPerTerm = 3.2;       // in the first round
+constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
+constexpr double kReadSeconds = 7e-7;   // of the last fit, per lamp position and patch; about
+constexpr double kMendSeconds = 5e-5;   // ... per box and patch
+constexpr double kWriteSeconds = 3e-7;  // ... per box, patch and term
+constexpr int kMostBoxes = 16;          // per axis
+constexpr double kMostBoxesInAll = 512;
+
+std::string text_of(const Index3& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+
+std::string text_of(const std::vector<SampleGroup>& groups) {
+    std::string text;
+    for (const SampleGroup& group : groups)
+        text += fmt::format("{}{{ boxes = {}, count = {} }}", text.empty() ? "" : ", ", text_of(group.boxes),
+                            group.count);
+    return "[" + text + "]";
+}
+
+int terms_at(const Light& light, int degree) {
+    return int(terms_of(degree, split_domain(light.domain, light.boxes)[0].moves()).size());
+}
+
+double count_of(const Index3& boxes) { return double(boxes.x) * boxes.y * boxes.z; }
+
+double fixed_positions(const Light& light) {
+    if (const auto* grid = std::get_if<Index3>(&light.samples)) return count_of(*grid);
+    double sum = 0;
+    for (const SampleGroup& group : sample_groups(light)) sum += group.count;
+    return sum;
+}
+
+int first_positions(const Light& light) { return std::max(4, int(kPositionsPerTerm * terms_at(light, 3))); }
+
+class LampChooser {
+  public:
+    LampChooser(const Scene& scene, const std::vector<Setting>& settings, const Goal& goal, HeldOut& held_out,
+                const GridFigures& grid, double photon_seconds)
+        : scene_(scene),
+          settings_(settings),
+          goal_(goal),
+          held_out_(held_out),
+          grid_(grid),
+          photon_seconds_(photon_seconds) {}
+
+    std::vector<Setting> choose(std::optional<Cells> cells, const fs::path& work_folder) {
+        begin_lamps();
+        open(std::move(cells), work_folder);
+        int round = 1;
+        do {
+            trace_missing();
+            judge();
+            say(round++);
+        } while (grow());
+        note_estimate();
+        std::vector<Setting> chosen;
+        if (scene_.choices.degree) chosen.push_back({"degree", std::to_string(degree_)});
+        append_lamps(chosen);
+        return chosen;
+    }
+
+  private:
+    void open(std::optional<Cells> cells, const fs::path& work_folder) {
+        const Stopwatch watch;
+        std::vector<Setting> so_far = settings_;
+        so_far.push_back({"degree", "3"});
+        append_lamps(so_far);
+        tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
+        open_seconds_ = watch.seconds();
+        tracing_->open(work_folder);
+        tracing_->find_cells(std::move(cells));
+        held_out_.set_cells(tracing_->scene(), tracing_->caster(), tracing_->cells());
+        fits_.emplace(*tracing_, held_out_);
+    }
+
+    void judge() {
+        const Stopwatch watch;
+        figures_ = fits_->measure(lights_, degree_);
+        choose_boxes();
+        judge_seconds_ = watch.seconds();
+    }
+
+    void note_estimate() const {
+        tracing_->work().update_run([&](nlohmann::json& run) {
+            run["estimated_error"] = {{"relrmse", figures_.error.relrmse},
+                                      {"standard_error", figures_.error.standard_error},
+                                      {"noise", std::sqrt(std::max(0.0, figures_.noise_sum()))},
+                                      {"grid", std::sqrt(std::max(0.0, grid_.square))},
+                                      {"floor", std::sqrt(std::max(0.0, figures_.floor()))}};
+        });
+        tracing_->note_seconds("choose_seconds", goal_.seconds() - noted_seconds());
+    }
+
+    double noted_seconds() const {
+        double sum = 0;
+        tracing_->work().update_run([&](nlohmann::json& run) {
+            sum = run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0);
+        });
+        return std::min(sum, goal_.seconds());
+    }
+
+    void begin_lamps() {
+        lights_ = scene_.lights;
+        for (Light& light : lights_)
+            if (light.choose_samples)
+                light.samples = std::vector<SampleGroup>{{light.boxes, first_positions(light)}};
+    }
+
+    // What is chosen for each lamp, as settings.
+    void append_lamps(std::vector<Setting>& settings) const {
+        for (const Light& light : lights_) {
+            if (light.choose_boxes) settings.push_back({"boxes", text_of(light.boxes), light.name});
+            if (light.choose_samples)
+                settings.push_back({"samples", text_of(sample_groups(light)), light.name});
+        }
+    }
+
+    double photons_in_all() const {
+        double positions = 0;
+        for (const Light& light : lights_) positions += fixed_positions(light);
+        return positions * photons();
+    }
+
+    void trace_missing() {
+        const Stopwatch watch;
+        std::size_t traced = 0;
+        for (std::size_t l = 0; l < lights_.size(); ++l) {
+            std::vector<std::string> warnings;
+            const auto samples = light_samples(lights_[l], int(l), tracing_->solids(), warnings);
+            traced += tracing_->trace(samples);
+            fits_->add(int(l), samples);
+        }
+        if (traced == 0) return;
+        traced_photons_ += double(traced) * photons();
+        traced_seconds_ += watch.seconds();
+        photon_seconds_ = traced_seconds_ / traced_photons_;
+    }
+
+    double photons() const { return double(tracing_->scene().bake.photons); }  // per position
+
+    // Photons still needed as a multiple of those traced, or the squared error at the end of the budget.
+    double cost(const TrialFigures& f) const { return cost(f.floor(), f.noise_sum()); }
+    double cost(double floor, double noise) const {
+        floor = std::max(0.0, floor);
+        if (goal_.has_budget()) return floor + noise / std::max(1.0, affordable());
+        return floor < 0.95 * goal_.square() ? noise / (goal_.square() - floor)
+                                             : 1e6 * floor / goal_.square();
+    }
+
+    // Photons in all that the budget allows, as a multiple of those traced.
+    double affordable() const {
+        const double patches = double(tracing_->cells().patches.size());
+        double boxes = 0;
+        for (const Light& light : lights_) boxes += count_of(light.boxes);
+        const double positions = photons_in_all() / photons();
+        const double terms = terms_of_cubic(scene_);
+        const double end = open_seconds_ + 0.3 + patches * boxes * (kMendSeconds + kWriteSeconds * terms);
+        const double as_far = positions * (photon_seconds_ * photons() + kReadSeconds * patches);
+        const double more = (goal_.left() - end - judge_seconds_) / (as_far + judge_seconds_);
+        return 1 + std::max(0.0, more);
+    }
+
+    void choose_boxes() {
+        while (const auto better = better_boxes()) {
+            const auto before = std::pair(lights_, figures_);
+            lights_[better->first].boxes = better->second;
+            figures_ = fits_->measure(lights_, degree_);
+            if (cost(figures_) < kWorthwhile * cost(before.second)) continue;
+            lights_ = before.first;  // promised more than it holds
+            figures_ = fits_->measure(lights_, degree_);
+            break;
+        }
+        if (!scene_.choices.degree) return;
+        for (const int degree : {2, 3}) {
+            if (degree == degree_) continue;
+            const auto figures = fits_->with_degree(degree);
+            if (!figures || !(cost(*figures) < kWorthwhile * cost(figures_))) continue;
+            degree_ = degree;
+            figures_ = fits_->measure(lights_, degree_);
+            break;
+        }
+    }
+
+    // The change of one lamp's boxes that promises most, if it is worth it.
+    std::optional<std::pair<std::size_t, Index3>> better_boxes() const {
+        double least = kWorthwhile * cost(figures_);
+        std::optional<std::pair<std::size_t, Index3>> best;
+        for (std::size_t l = 0; l < lights_.size(); ++l)
+            for (const Index3& boxes : other_boxes(lights_[l])) {
+                // Boxes take nothing away of what cells alone make.
+                const auto figures = fits_->with_boxes(
+                    l, boxes, [&](double noise) { return cost(grid_.square, noise) < least; });
+                if (!figures || !(cost(*figures) < least)) continue;
+                least = cost(*figures);
+                best = {l, boxes};
+            }
+        return best;
+    }
+
+    static std::vector<Index3> other_boxes(const Light& light) {
+        std::vector<Index3> others;
+        if (!light.choose_boxes) return others;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!(light.domain.max[axis] > light.domain.min[axis])) continue;
+            for (const int step : {1, -1, light.boxes[axis]}) {
+                Index3 boxes = light.boxes;
+                boxes[axis] += step;
+                if (boxes[axis] < 1 || boxes[axis] > kMostBoxes || count_of(boxes) > kMostBoxesInAll)
+                    continue;
+                if (std::ranges::find(others, boxes) == others.end()) others.push_back(boxes);
+            }
+        }
+        return others;
+    }
+
+    void say(int round) const {
+        const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
+        std::string lamps;
+        for (const Light& light : lights_)
+            lamps += fmt::format("{}{} positions in {} x {} x {} boxes", lamps.empty() ? "" : "; ",
+                                 int(fixed_positions(light)), light.boxes.x, light.boxes.y, light.boxes.z);
+        log_info(fmt::format(
+            "round {}: {}; degree {}: error {:.4f} ± {:.4f}; alone: noise {:.4f}, grid {:.4f}, "
+            "polynomial {:.4f}",
+            round, lamps, degree_, figures_.error.relrmse, 2 * figures_.error.standard_error,
+            root(figures_.noise_sum()), root(grid_.square), root(figures_.floor() - grid_.square)));
+    }
+
+    // Plans the next round; false: this was the last.
+    bool grow() {
+        if (std::ranges::none_of(lights_, &Light::choose_samples)) return false;
+        const double factor = goal_.has_budget() ? budget_growth() : target_growth();
+        if (!(factor > 1)) return false;
+        share_out(factor);
+        return true;
+    }
+
+    // Beyond the doubt that is left of the figure.
+    bool is_met() const {
+        const double target = goal_.target();
+        const bool met = figures_.error.relrmse + figures_.error.standard_error <= kMetShare * target;
+        if (met) log_info(fmt::format("the target of {} is met", target));
+        return met;
+    }
+
+    double target_growth() {
+        const double target = goal_.target(), own = figures_.error.relrmse;
+        if (is_met()) return 0;
+        const double noise = figures_.noise_sum(), room = goal_.square() - figures_.floor();
+        if (photons_in_all() * kSlowest > kMostPhotons || (room < 0 && noise < 0.1 * figures_.square)) {
+            log_warning(
+                fmt::format("the target error of {} is not reached: it is {:.4f}, of which noise makes "
+                            "{:.4f} and cells alone {:.4f}; finer cells or more boxes would be needed",
+                            target, own, std::sqrt(noise), std::sqrt(std::max(0.0, grid_.square))));
+            return 0;
+        }
+        const double needed = room > 0.2 * goal_.square() ? 1.05 * noise / room : kFastest / 2;
+        return std::clamp(needed, kSlowest, kFastest);
+    }
+
+    double budget_growth() {
+        if (is_met()) return 0;
+        const double more = affordable();
+        if (more < 1.05) {
+            const double noise = figures_.noise_sum(), square = figures_.square;
+            log_info(
+                fmt::format("the time is used: error {:.4f}; twice the photons would make it about {:.4f}",
+                            figures_.error.relrmse,
+                            figures_.error.relrmse * std::sqrt(std::max(0.0, 1 - 0.5 * noise / square))));
+            return 0;
+        }
+        return std::min(more, kFastest);
+    }
+
+    // More positions to lamps whose noise is large: least noise in all for a given number of photons.
+    void share_out(double factor) {
+        double all = 0, weights = 0;
+        const auto weight = [&](std::size_t l) {
+            return std::sqrt(std::max(1e-12, figures_.noise[l]) * fixed_positions(lights_[l]));
+        };
+        for (std::size_t l = 0; l < lights_.size(); ++l)
+            if (lights_[l].choose_samples) all += fixed_positions(lights_[l]), weights += weight(l);
+        for (std::size_t l = 0; l < lights_.size(); ++l) {
+            Light& light = lights_[l];
+            if (!light.choose_samples) continue;
+            const double wanted = factor * all * weight(l) / weights, has = fixed_positions(light);
+            const int more = int(std::lround(std::min(wanted, kFastest * has) - has));
+            if (more <= 0) continue;
+            auto groups = sample_groups(light);
+            if (groups.back().boxes == light.boxes)
+                groups.back().count += more;
+            else
+                groups.push_back({light.boxes, more});
+            light.samples = groups;
+        }
+    }
+
+    const Scene& scene_;
+    const std::vector<Setting>& settings_;
+    const Goal& goal_;
+    HeldOut& held_out_;
+    GridFigures grid_;
+    double photon_seconds_, open_seconds_ = 1, judge_seconds_ = 0;
+    double traced_photons_ = 0, traced_seconds_ = 0;
+    std::optional<Tracing> tracing_;
+    std::optional<TrialFits> fits_;
+    std::vector<Light> lights_;
+    int degree_ = 3;
+    TrialFigures figures_;
+};
+
+}  // namespace
+
+int terms_of_cubic(const Scene& scene) {
+    int terms = 1;
+    for (const Light& light : scene.lights) terms = std::max(terms, terms_at(light, 3));
+    return terms;
+}
+
+double planned_positions(const Light& light) {
+    return light.choose_samples ? double(first_positions(light) << (kRounds - 2)) : fixed_positions(light);
+}
+
+std::vector<Setting> choose_lamps(const Scene& scene, const std::vector<Setting>& settings, const Goal& goal,
+                                  HeldOut& held_out, CellChoice cells, double photon_seconds,
+                                  const fs::path& work_folder) {
+    LampChooser chooser(scene, settings, goal, held_out, cells.grid, photon_seconds);
+    return chooser.choose(std::move(cells.cells), work_folder);
+}
+
+}  // namespace pim
