@@ -263,6 +263,8 @@ TEST(EndToEnd, RivalsOfTheMap) {
     EXPECT_LE(parts, double(json.at("frame_seconds")));
     EXPECT_GT(parts, 0.5 * double(json.at("frame_seconds")));
     const std::string refused = "viewer " + map + out + ".exr ";
+    for (const char* size : {"640x", "640", "x480", "0x480", "640x480.5", "640x99999", "640y480"})
+        expect_failure(refused + "--size " + size, 2, {"--size", size, "1280x720"});
     expect_failure(refused + "--integrator magic", 2, {"magic", "photon_map", "whitted"});
     expect_failure(refused + "--photons 100", 2, {"--photons", "photon_map"});
     expect_failure(refused + "--integrator photon_map --nearest 1", 2, {"--nearest"});
@@ -313,6 +315,10 @@ TEST(EndToEnd, SettingsOnTheCommandLineAndAFitInNumbers) {
     expect_failure("bake run " + scene + " --set colour=1", 2, {"colour", "degree"});
     expect_failure("bake run " + scene + " --set degree", 2, {"KEY=VALUE"});
     expect_failure("bake run " + scene + " --set degree=9", 1, {"degree", "0 to 3"});
+    expect_failure("bake run " + scene + " --set cells=foo", 1, {"cells", "whole number"});
+    expect_failure("bake run " + scene + " --set cells=[8", 1, {"cells", "whole number"});
+    EXPECT_EQ(run("bake plan " + scene + " --set robust=off --set cells=8").code, 0);
+    EXPECT_EQ(run("bake plan " + scene + " --set time_budget=10m --set cells=8").code, 0);
     fs::remove_all(map + ".work");
     expect_failure("bake samples " + map, 1, {map + ".work", "--clean"});
 }
@@ -338,6 +344,10 @@ TEST(EndToEnd, BadInputIsOneSentenceAndAnExitCode) {
     expect_failure("bake run " + description("memory", "", kCornell, "cell_size = 0.0015"), 1,
                    {"[grid]", "GB"});
     expect_failure("bake run " + description("always", "", kCornell, "cells = 8\n[bake2]"), 1, {"bake2"});
+    expect_failure("bake run " + description("away",
+                                             "[[light]]\nname = \"other\"\nposition = [0, 9, 0]\n"
+                                             "domain = { min = [0, 0, 0], max = [1, 2, 3] }\n"),
+                   1, {"away.toml", "light.position", "0,0,0 to 1,2,3"});
     expect_failure("bake run", 2, {"SCENE.toml"});
     expect_failure("bake fly x", 2, {});
     expect_failure("bake trace " + description("part") + " --part 4/3", 2, {"--part", "K/N"});

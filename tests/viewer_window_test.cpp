@@ -383,6 +383,10 @@ TEST(ViewerWindow, WithoutADisplayItSaysWhatWorks) {
     for (const char* part : {"no display", "--output"})
         EXPECT_NE(outcome.errors.find(part), std::string::npos) << outcome.errors;
     EXPECT_EQ(std::ranges::count(outcome.errors, '\n'), 1) << outcome.errors;
+    const Outcome missing = run_project("viewer /nowhere/map.vdb");
+    EXPECT_EQ(missing.code, kExitFailed);
+    EXPECT_NE(missing.errors.find("/nowhere/map.vdb: there is no such file"), std::string::npos)
+        << missing.errors;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "common/core/command_line.h"
 #include "common/core/error.h"
@@ -132,13 +133,16 @@ ViewState parse_state(const Arguments& a, const Scene& scene, const Illumination
 
 Imath::V2i parse_size(const Arguments& a, const Camera& camera) {
     if (a.size.empty()) return camera.size;
-    const std::size_t x = a.size.find('x');
-    if (x == std::string::npos) throw UsageError(fmt::format("--size: '{}' must look like 1280x720", a.size));
-    const double w = parse_number(a.size.substr(0, x), "--size"),
-                 h = parse_number(a.size.substr(x + 1), "--size");
-    if (w < 1 || h < 1 || w > 32768 || h > 32768 || w != std::floor(w) || h != std::floor(h))
-        throw UsageError(fmt::format("--size: '{}' must be whole numbers from 1 to 32768", a.size));
-    return {int(w), int(h)};
+    constexpr int kMost = 32768;
+    Imath::V2i size(0);
+    char x = 0, more = 0;
+    std::istringstream text(a.size);
+    text >> std::noskipws;
+    if (!(text >> size.x >> x >> size.y) || x != 'x' || text >> more || std::min(size.x, size.y) < 1 ||
+        std::max(size.x, size.y) > kMost)
+        throw UsageError(fmt::format("--size: '{}' must look like 1280x720, both whole numbers from 1 to {}",
+                                     a.size, kMost));
+    return size;
 }
 
 Integrator parse_integrator(const Arguments& a) {

@@ -5,6 +5,7 @@
 
 #include "common/core/command_line.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "viewer/benchmark.h"
 #include "viewer/headless.h"
 #include "viewer/window/application.h"
@@ -103,6 +104,7 @@ void check_jobs(const Arguments& a) {
 
 void run(const Arguments& a) {
     check_jobs(a);
+    check_input(a.map);  // before a window opens
     if (a.benchmark) return print_benchmark(a);
     if (a.probe) return print_probe(a);
     if (a.exported) return write_scene(a);

@@ -35,6 +35,11 @@ fs::path folder_of(const fs::path& file) {
 
 }  // namespace
 
+void check_input(const fs::path& path) {
+    if (fs::is_directory(path)) throw Error(fmt::format("{}: is a folder, not a file", path.string()));
+    if (!fs::is_regular_file(path)) throw Error(fmt::format("{}: there is no such file", path.string()));
+}
+
 void check_output(const fs::path& path) {
     const fs::path folder = folder_of(path);
     if (!fs::is_directory(folder))

@@ -18,6 +18,8 @@ void write_text_atomically(const std::filesystem::path& path, const std::string&
 
 std::string read_text(const std::filesystem::path& path);  // throws Error
 
+void check_input(const std::filesystem::path& path);  // throws Error: no file there
+
 // Before long work: can `path` become a file? Throws Error: its folder is missing, or it is a folder itself.
 void check_output(const std::filesystem::path& path);
 

@@ -214,8 +214,7 @@ VdbReader::VdbReader(const std::filesystem::path& path, Access access)
     const FloatTraps library(FloatTraps::off);
     initialise();
     implementation_->path = path;
-    if (!std::filesystem::is_regular_file(path))
-        throw Error(fmt::format("{}: there is no such file", path.string()));
+    check_input(path);
     check_trailer(path);
     try {
         implementation_->file = std::make_unique<openvdb::io::File>(path.string());

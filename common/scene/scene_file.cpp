@@ -32,6 +32,13 @@ Box3 to_box(TomlTable table, const Geometry& geometry) {
     return {geometry.to_local(low), geometry.to_local(high)};
 }
 
+// As it was read.
+std::string span_of(TomlTable box) {
+    const Vec3d low = box.vector("min"), high = box.vector("max");
+    return fmt::format("{:.6g},{:.6g},{:.6g} to {:.6g},{:.6g},{:.6g}", low.x, low.y, low.z, high.x, high.y,
+                       high.z);
+}
+
 class DescriptionReader {
   public:
     DescriptionReader(const toml::table& root, const std::string& name, const fs::path& folder,
@@ -198,7 +205,8 @@ class DescriptionReader {
         light.position = placed ? scene_.geometry.to_local(table.vector("position")) : light.domain.center();
         if (!free) light.domain = Box3(light.position);
         if (!light.domain.intersects(light.position))
-            table.fail("position", "lies outside the light's domain");
+            table.fail("position",
+                       fmt::format("lies outside the light's domain, {}", span_of(table.table("domain"))));
         light.choose_boxes = is_free(table, "boxes");
         if (light.choose_boxes || !table.has("boxes")) return;
         const auto boxes = table.integers("boxes", 3, 1, 64);
@@ -370,11 +378,14 @@ void set(toml::table& table, const Setting& setting) {
         table.erase(setting.key);
         return;
     }
-    const std::string assignment = setting.key + " = " + setting.value;
-    const toml::table parsed = parse(assignment, assignment);
     if (setting.key == "cells") table.erase("cell_size");
     if (setting.key == "cell_size") table.erase("cells");
-    table.insert_or_assign(setting.key, *parsed.get(setting.key));
+    try {
+        const toml::table parsed = toml::parse(setting.key + " = " + setting.value);
+        table.insert_or_assign(setting.key, *parsed.get(setting.key));
+    } catch (const toml::parse_error&) {  // a text without its quotes, which shells eat
+        table.insert_or_assign(setting.key, setting.value);
+    }
 }
 
 void for_each_light(toml::table& root, const std::function<void(toml::table&)>& act) {
