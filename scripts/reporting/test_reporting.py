@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import zlib
 
 from reporting import axes, labels
-from reporting.fit import fitted, line, power_law, t_quantile
+from reporting.fit import approach, fitted, line, power_law, t_quantile
 from reporting.markup import numeric_column, to_html, to_markdown
 from reporting.page import Page
 from reporting.plots import HEIGHT, WIDTH, Plot, Series, draw
@@ -50,6 +50,17 @@ class Fits(unittest.TestCase):
         offset, slope = line([(0, 1), (1, 3), (1, 6)])  # relative: of 3 and 6 at one place 3.6 costs least
         self.assertAlmostEqual(offset, 1)
         self.assertAlmostEqual(slope, 2.6)
+
+    def test_approach(self):
+        for floor, power in ((0.03, 0.6), (0.03, 1.0), (0.0, 0.8)):
+            points = [(n, (floor ** 2 + 0.05 * n ** -power) ** 0.5) for n in (100, 400, 1600, 6400, 25600)]
+            law = approach(points)
+            self.assertAlmostEqual(law.floor, floor, 6)
+            self.assertAlmostEqual(law.power, power, 9)
+            self.assertAlmostEqual(law.error(800), (floor ** 2 + 0.05 * 800 ** -power) ** 0.5, 9)
+        self.assertEqual(approach([(1, 0.5), (4, 0.25)]).power, 1)  # too few for more
+        self.assertEqual(approach([(1, 1.0), (4, 0.2)]).floor, 0)  # falls faster than noise does
+        self.assertIsNone(approach([(5, 0.1), (5, 0.2)]))
 
     def test_half_width_by_hand(self):
         """ln x = -1, 0, 1 and ln y = 0, 1, 0: slope 0, residuals -1/3, 2/3, -1/3"""
