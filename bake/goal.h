@@ -13,8 +13,6 @@ namespace pim {
 
 class Goal {
   public:
-    static constexpr double kAimedShare = 0.8;  // of the squared target: what is chosen by it looks too good
-
     // At least one of the two is given; the time runs since `begun`.
     Goal(const Choices& choices, const Stopwatch& begun)
         : watch_(begun), target_(choices.target_error.value_or(0)), budget_(choices.time_budget) {}
@@ -29,6 +27,8 @@ class Goal {
     double hoped_square() const { return has_budget() ? 1e-3 * std::sqrt(60 / budget()) : square(); }
 
   private:
+    static constexpr double kAimedShare = 0.8;  // of the squared target: what is chosen by it looks too good
+
     Stopwatch watch_;
     double target_;
     std::optional<double> budget_;

@@ -57,10 +57,10 @@ class Reference {
     std::vector<std::vector<ReferencePixel>> pixels_;  // [view]
 };
 
-// Of rectangular lamps in evaluations: the map's error, not that of soft shadows.
 // So many photons take about as long as a reference.
 double reference_photons(const Scene& scene, const EvaluateOptions& options);
 
+// Of rectangular lamps in evaluations: the map's error, not that of soft shadows.
 inline constexpr int kEvaluationShadowSamples = 256;
 
 // A map's light as evaluations see it, patches not evaluated yet: direct light from the map where it has it.
