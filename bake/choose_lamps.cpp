@@ -174,7 +174,8 @@ class LampChooser {
         for (const Light& light : lights_) boxes += count_of(light.boxes);
         const double positions = photons_in_all() / photons();
         const double terms = terms_of_cubic(scene_);
-        const double end = open_seconds_ + 0.3 + patches * boxes * (kMendSeconds + kWriteSeconds * terms);
+        const double end = open_seconds_ + 0.3 + patches * positions * kReadSeconds +
+                           patches * boxes * (kMendSeconds + kWriteSeconds * terms);
         const double as_far = positions * (photon_seconds_ * photons() + kReadSeconds * patches);
         const double more = (goal_.left() - end - judge_seconds_) / (as_far + judge_seconds_);
         return 1 + std::max(0.0, more);

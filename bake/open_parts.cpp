@@ -14,27 +14,32 @@ namespace {
 constexpr float kLift = 0.002f;  // cells
 constexpr int kPackets = 4;
 constexpr int kWitnesses = 8;
-constexpr int kSpreads = 3;  // times that open places vouch for others
+constexpr int kSpreads = 3;     // times that open places vouch for others
+constexpr float kCover = 0.5f;  // cells: what hangs lower may cover a place
+constexpr int kSpeaksFor = 4;
 
 class Opening {
   public:
     Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, const Fragment& fragment)
         : plane(scene.geometry, fragment), scene_(scene), caster_(caster) {
-        const float height = std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
-        lift_ = plane.normal() * (fragment.key.place % 2 ? -height : height);
+        up_ = fragment.key.place % 2 ? -plane.normal() : plane.normal();
+        lift_ = up_ * std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
+        cell_size_ = float(grid.cell_size);
     }
 
     const FragmentPlane plane;
 
-    // Marks those that see one of the witnesses, then those that see one of these.
+    // Those that see one of the witnesses, or one of these in turn, all where there is no witness; but none
+    // that is covered.
     std::vector<bool> open(const std::vector<Vec3>& places, std::span<const Vec3> witnesses) const {
-        std::vector<bool> open(places.size(), false);
+        std::vector<bool> open(places.size(), witnesses.empty());
         for (const Vec3& witness : witnesses) look(places, open, [&](std::size_t) { return &witness; });
         for (int spread = 0; spread < kSpreads; ++spread) {
             const std::vector<bool> before = open;
             look(places, open, [&](std::size_t i) { return nearest(places, before, places[i]); });
             if (open == before) break;
         }
+        close_covered(places, open);
         return open;
     }
 
@@ -56,6 +61,40 @@ class Opening {
             if (!(looked.length[i] < 0) && !is_blocked(packet, int(i))) open[i] = true;
     }
 
+    // A sheet of paper before a board lets lines pass behind it, but hardly any light; nor does a tube let
+    // any in. Of places with something close above, every fourth is looked at and speaks for those around it.
+    void close_covered(const std::vector<Vec3>& places, std::vector<bool>& open) const {
+        HitPacket above;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (open[i])
+                above.rays.set(int(i), places[i] + up_ * caster_.surface_offset(), up_, kCover * cell_size_);
+        caster_.intersect(above);
+        std::vector<bool> covered(places.size(), false), free(places.size(), false);
+        int below = 0;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (open[i] && is_blocked(above, int(i)) && below++ % kSpeaksFor == 0)
+                (is_covered(places[i]) ? covered : free)[i] = true;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            if (!open[i] || !is_blocked(above, int(i))) continue;
+            const Vec3 *in = nearest(places, covered, places[i]), *out = nearest(places, free, places[i]);
+            open[i] = !in || (out && (*out - places[i]).length2() < (*in - places[i]).length2());
+        }
+    }
+
+    bool is_covered(const Vec3& place) const {
+        const Frame frame(up_);
+        HitPacket around;
+        for (int lane = 0; lane < RayPacket::kSize; ++lane) {
+            const Imath::V2d share = golden_place(lane);
+            const Vec3 towards = frame.to_world(sample_cosine_hemisphere(float(share.x), float(share.y)));
+            around.rays.set(lane, place + up_ * caster_.surface_offset(), towards, cell_size_);
+        }
+        caster_.intersect(around);
+        for (int lane = 0; lane < RayPacket::kSize; ++lane)
+            if (!is_blocked(around, lane)) return false;
+        return true;
+    }
+
     bool is_blocked(const HitPacket& packet, int lane) const {
         if (!packet.is_hit(lane)) return false;
         const Triangle& hit = scene_.geometry.triangles[packet.triangle[lane]];
@@ -73,7 +112,8 @@ class Opening {
 
     const Scene& scene_;
     const RayCaster& caster_;
-    Vec3 lift_;
+    Vec3 up_, lift_;
+    float cell_size_;
 };
 
 // Places on a fragment's triangle and side, in its cell, where photons landed: its own first, then the
@@ -120,9 +160,18 @@ OpenPart open_part(const Opening& opening, const std::vector<Vec3>& witnesses) {
             if (open[i]) part.places.push_back(places[i]);
         all += places.size();
         if (packet == 0 && part.places.size() == all) return {};  // also where no place was found
+        if (part.places.empty() && witnesses.empty()) break;      // covered, and no photon came either
     }
     part.share = float(part.places.size()) / float(all);
     return part;
+}
+
+// Photons per m² of what is lit.
+double mean_hits_of(const std::vector<Fragment>& fragments, const Reach& reach) {
+    double hits = 0, area = 0;
+    for (std::size_t f = 0; f < fragments.size(); ++f)
+        if (!reach.dark[f]) hits += reach.hits[f], area += double(fragments[f].area);
+    return area > 0 ? hits / area : 0;
 }
 
 }  // namespace
@@ -131,6 +180,7 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
                                                const CellGrid& grid, std::vector<Fragment>& fragments,
                                                Reach& reach) {
     std::vector<OpenPart> parts(fragments.size());
+    const double mean_hits = mean_hits_of(fragments, reach);
     constexpr std::size_t kBlock = 1024;
     parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {
@@ -139,13 +189,14 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
             if (opening.plane.is_degenerate()) continue;
             std::vector<Vec3> witnesses = witnesses_of(f, fragments, reach);
             for (Vec3& w : witnesses) w = opening.plane.flat(w);
-            if (!witnesses.empty()) parts[f] = open_part(opening, witnesses);
+            parts[f] = open_part(opening, witnesses);
         }
     });
     std::vector<std::vector<Vec3>> open(fragments.size());
     for (std::size_t f = 0; f < fragments.size(); ++f) {
         if (parts[f].share == 1) continue;
         if (parts[f].share == 0) {  // but for a sliver, if it was hit
+            if (reach.hits[f] > mean_hits * double(fragments[f].area)) continue;  // a lamp's own housing
             reach.dark[f] = true;
             continue;
         }

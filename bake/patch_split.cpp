@@ -96,7 +96,7 @@ PatchSplit PatchSplitter::by_sight(std::span<const std::size_t> of_cell, int fac
     for (const std::size_t i : of_cell)
         if (const float area = fragments_[i].facing_area[std::size_t(facing)]; area > 0) {
             places.add(Vec3(Vec3d(fragments_[i].centre) - centre), area);
-            lifted.add(lifted_centre(scene_.geometry, grid_, fragments_[i]), area);
+            lifted.add(lifted_centre(scene_, caster_, grid_, fragments_[i]), area);
         }
     if (places.empty()) return {};
     std::vector<Line> lines;

@@ -43,9 +43,14 @@ std::optional<Vec3> FragmentPlane::place_at(const Imath::V2d& share) const {
     return p;
 }
 
-Vec3 lifted_centre(const Geometry& geometry, const CellGrid& grid, const Fragment& fragment) {
-    const float lift = (fragment.key.place % 2 ? -kSightLift : kSightLift) * float(grid.cell_size);
-    return fragment.centre + geometric_normal(geometry.corners(fragment.key.triangle)) * lift;
+Vec3 lifted_centre(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
+                   const Fragment& fragment) {
+    const Vec3 normal = geometric_normal(scene.geometry.corners(fragment.key.triangle));
+    const Vec3 up = fragment.key.place % 2 ? -normal : normal;
+    const Vec3 start = fragment.centre + up * caster.surface_offset();
+    const float lift = kSightLift * float(grid.cell_size);
+    const auto above = caster.intersect({start, up, lift});
+    return start + up * (above ? 0.5f * above->distance : lift);
 }
 
 RayPacket lines_between(const Places& from, const Places& to, int packet_number) {

@@ -14,8 +14,9 @@ namespace pim {
 
 inline constexpr float kSightLift = 0.3f;  // cells: what is lower hides nothing from what lies beside it
 
-// The open middle of a fragment, lifted off its side.
-Vec3 lifted_centre(const Geometry& geometry, const CellGrid& grid, const Fragment& fragment);
+// The open middle of a fragment, lifted off its side, but halfway at most to what lies above it.
+Vec3 lifted_centre(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
+                   const Fragment& fragment);
 
 // A fragment's part of its triangle's plane.
 class FragmentPlane {

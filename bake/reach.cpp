@@ -26,8 +26,9 @@ constexpr double kOpenShare = 5e-3;  // of the area: ... and less than this has 
 // Fragments of one cell stand together; this finds them by cell.
 class FragmentTable {
   public:
-    FragmentTable(const CellGrid& grid, const std::vector<Fragment>& fragments) : fragments_(fragments) {
+    FragmentTable(const CellGrid& grid, const std::vector<Fragment>& fragments) {
         std::vector<Patch> cells;
+        for (const Fragment& f : fragments) keys_.push_back(f.key);
         for (std::size_t i = 0; i < fragments.size(); ++i)
             if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) {
                 cells.push_back({cell_of(grid, fragments[i].key), 0, 0, Vec3(0)});
@@ -43,16 +44,15 @@ class FragmentTable {
     // Number of the fragment; fragments.size() if there is none.
     std::size_t find(const Index3& cell, const FragmentKey& key) const {
         const int number = index_.find(cell, 0);
-        if (number < 0) return fragments_.size();
-        const auto begin = fragments_.begin() + std::ptrdiff_t(start_[number]);
-        const auto end = fragments_.begin() + std::ptrdiff_t(start_[number + 1]);
-        const auto found = std::ranges::lower_bound(begin, end, key, {}, &Fragment::key);
-        return found != end && found->key == key ? std::size_t(found - fragments_.begin())
-                                                 : fragments_.size();
+        if (number < 0) return keys_.size();
+        const auto begin = keys_.begin() + std::ptrdiff_t(start_[number]);
+        const auto end = keys_.begin() + std::ptrdiff_t(start_[number + 1]);
+        const auto found = std::lower_bound(begin, end, key);
+        return found != end && *found == key ? std::size_t(found - keys_.begin()) : keys_.size();
     }
 
   private:
-    const std::vector<Fragment>& fragments_;
+    std::vector<FragmentKey> keys_;  // alone, for the sake of the cache
     std::vector<std::size_t> start_;
     PatchIndex index_;
 };

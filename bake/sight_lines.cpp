@@ -25,7 +25,7 @@ class SightFinder {
     SightFinder(const Scene& scene, const RayCaster& caster, const Cells& cells,
                 const std::vector<Fragment>& fragments)
         : caster_(caster), cells_(cells), places_(cells.patches.size()), all_(cells.patches.size()) {
-        for (const Fragment& f : fragments) add(scene.geometry, f);
+        for (const Fragment& f : fragments) add(scene, f);
         for (std::size_t p = 0; p < places_.size(); ++p)
             for (const PartPlace& place : places_[p]) all_[p].add(place.position, place.area);
     }
@@ -48,11 +48,11 @@ class SightFinder {
     }
 
   private:
-    void add(const Geometry& geometry, const Fragment& f) {
+    void add(const Scene& scene, const Fragment& f) {
         const Index3 cell = cell_of(cells_.grid, f.key);
         const auto* own = cells_.index.find_cell(cell);
         if (!own) return;
-        const Vec3 above = lifted_centre(geometry, cells_.grid, f);
+        const Vec3 above = lifted_centre(scene, caster_, cells_.grid, f);
         const Vec3 from_centre(Vec3d(f.centre) - cells_.grid.centre(cell));
         const int fine = f.key.place / 2;  // z fastest
         const int part = fine >> 4 | (fine >> 2 & 3) << 2 | (fine & 3) << 4;

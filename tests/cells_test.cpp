@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/cells.h"
 
+#include "common/map/irradiance.h"
 #include "statistics.h"
 #include "test_scenes.h"
 
@@ -194,6 +195,44 @@ TEST(Cells, SurfacesOneBehindTheOtherAreTwoPatches) {
     EXPECT_NEAR(cells.patches[std::size_t(board)].area, 0.125 * 0.0625, 1e-7);
     EXPECT_NEAR(cells.patches[std::size_t(wall)].centre.x, 0.0625, 1e-6);
     EXPECT_NEAR(cells.patches[std::size_t(board)].centre.x, 0.0625 - 0.03, 1e-6);
+}
+
+// A sheet hangs 0.01 cells before a wall, over half of fragments. Lines along the wall pass below it, light
+// does not: what it covers is no surface, but for a rim where light comes in from the side.
+TEST(Cells, WhatASheetCoversDoesNotCount) {
+    Scene scene = room_with_cells();
+    const float gap = 0.00125f, low = 0.265f, size = 0.47f;
+    add_object(scene);
+    add_quad(scene, {1 - gap, low, low}, {0, 0, size}, {0, size, 0});  // looks to -x
+    const Cells cells = cells_of(scene);
+    double facing = 0;
+    for (const Patch& p : cells.patches)
+        if (p.slot % kFacingCount == 1 && p.cell.x == 7) facing += p.area;
+    EXPECT_NEAR(facing, 1, 4 * size * 4 * gap);  // the sheet itself stands for what it covers
+}
+
+// A false ceiling hangs just below a border of cells, another one closely above it, in the next cells: places
+// on the lower one, lifted by a third of a cell, would stand among those on the upper one.
+TEST(Cells, AFalseCeilingDoesNotSeeTheOneAboveIt) {
+    Scene scene = room_with_cells();
+    scene.grid.reachable_area_only = false;  // so that both have patches
+    const float low = 0.87f, high = 0.882f;
+    add_object(scene);
+    add_quad(scene, {0, low, 0}, {1, 0, 0}, {0, 0, 1});  // looks down
+    add_object(scene);
+    add_quad(scene, {0, high, 0}, {1, 0, 0}, {0, 0, 1});
+    const Cells cells = cells_of(scene);
+    const IlluminationMap map = map_without_lights(cells);
+    std::vector<PatchShare> shares;
+    look_up(map, {0.4f, low, 0.4f}, {0, -1, 0}, shares);
+    double of_low = 0, of_high = 0;
+    for (const PatchShare& share : shares) {
+        const Patch& patch = cells.patches[share.patch];
+        (cells.grid.centre(patch.cell).y + double(patch.centre.y) > 0.876 ? of_high : of_low) +=
+            double(share.weight);
+    }
+    EXPECT_GT(of_low, 0.99);
+    EXPECT_LT(of_high, 2 * double(kUnseenFactor));
 }
 
 // A partition between two rooms, turned against the cells: the floor runs on under it. Where it crosses a

@@ -145,6 +145,7 @@ struct Solids::Implementation {
         }
     };
     std::vector<std::unique_ptr<Solid>> solids;
+    std::vector<Box3> boxes;  // of the solids: a scene may have thousands, and hardly any holds a point
 };
 
 Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
@@ -164,6 +165,7 @@ Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
         const auto inside = [&](const Vec3& p) { return solid->contains(p); };
         if (std::ranges::any_of(rooms_seen_from, inside) || std::ranges::any_of(one_point_of_each, inside))
             continue;
+        implementation_->boxes.push_back(solid->box);
         implementation_->solids.push_back(std::move(solid));
     }
 }
@@ -171,9 +173,12 @@ Solids::Solids(const Geometry& g, const std::vector<Vec3>& rooms_seen_from)
 Solids::~Solids() = default;
 
 std::string Solids::containing(const Vec3& point) const {
-    const FloatTraps library(FloatTraps::off);
-    for (const auto& solid : implementation_->solids)
-        if (solid->contains(point)) return solid->name;
+    for (std::size_t i = 0; i < implementation_->boxes.size(); ++i) {
+        if (!implementation_->boxes[i].intersects(point)) continue;
+        const FloatTraps library(FloatTraps::off);
+        const auto& solid = *implementation_->solids[i];
+        if (solid.contains(point)) return solid.name;
+    }
     return {};
 }
 
