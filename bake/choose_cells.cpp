@@ -80,11 +80,8 @@ class CellChooser {
     }
 
     void choose_grid(GridSearch& search) {
-        double last = goal_.seconds();
-        const auto go_on = [&] {
-            const double now = goal_.seconds(), step = now - last;
-            last = now;
-            return !goal_.has_budget() || now + 3 * step < kSearchShare * goal_.budget();
+        const auto go_on = [&](double seconds) {
+            return !goal_.has_budget() || goal_.seconds() + seconds < kSearchShare * goal_.budget();
         };
         const Vec3 size = grid_.bounds.value_or(bounds(scene_.geometry)).size();
         choice_.grid = search.search(

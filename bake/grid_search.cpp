@@ -9,6 +9,7 @@
 #include "bake/density.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
+#include "common/core/stopwatch.h"
 
 namespace pim {
 namespace {
@@ -19,6 +20,8 @@ constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 20;  // per lamp,
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
+constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
+constexpr double kTimeGrowth = 0.75;  // power of the patches with which the time for a size grows, about
 
 }  // namespace
 
@@ -33,6 +36,7 @@ GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilte
 
 const GridFigures& GridSearch::measure(double cell_size) {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
+    const Stopwatch watch;
     scene_.bake.photons = photons_for(cell_size);
     scene_.grid.resolution = CellSize{cell_size};
     measured_ = find_cells(scene_, caster_, allowed_);
@@ -46,6 +50,7 @@ const GridFigures& GridSearch::measure(double cell_size) {
                     "per lamp {:.4f}",
                     cell_size, figures.patches, std::sqrt(std::max(0.0, figures.square)),
                     std::sqrt(figures.noise / 1e6)));
+    seconds_ = watch.seconds();
     return figures;
 }
 
@@ -63,12 +68,15 @@ double GridSearch::least_square(double cell_size) const {
     return least;
 }
 
-// Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells.
+// Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells. Larger
+// cells make no smaller error than those that are known.
 GridFigures GridSearch::hoped_at(double cell_size) const {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     const GridFigures& near = nearest(cell_size);
     const double ratio = near.cell_size / cell_size;
-    return {cell_size, least_square(cell_size), near.noise * ratio * ratio,
+    const double square =
+        cell_size > near.cell_size ? std::max(near.square, least_square(cell_size)) : least_square(cell_size);
+    return {cell_size, square, near.noise * ratio * ratio,
             std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
 }
 
@@ -99,7 +107,7 @@ std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int hal
 }
 
 GridFigures GridSearch::search(double longest_side, double first_cells, const Cost& cost,
-                               const std::function<bool()>& go_on) {
+                               const std::function<bool(double seconds)>& go_on) {
     const auto size_at = [&](double steps) { return longest_side / (first_cells * std::exp2(0.5 * steps)); };
     const auto allowed = [&](double steps) {
         const double cells = longest_side / size_at(steps);
@@ -111,8 +119,12 @@ GridFigures GridSearch::search(double longest_side, double first_cells, const Co
     double best = 0, least = cost_at(0);
     cells_ = std::move(measured_);
     const auto try_at = [&](double steps) {
-        if (!allowed(steps) || (!known_.contains(size_at(steps)) && !go_on())) return false;
-        if (!(cost(hoped_at(size_at(steps))) < least)) return false;
+        if (!allowed(steps)) return false;
+        const double size = size_at(steps);
+        const GridFigures hoped = hoped_at(size);
+        if (!(cost(hoped) < kWorthwhile * least)) return false;
+        const double growth = std::pow(double(hoped.patches) / double(nearest(size).patches), kTimeGrowth);
+        if (!known_.contains(size) && !go_on(seconds_ * growth)) return false;
         const double own = cost_at(steps);
         if (!(own < least)) return false;
         best = steps, least = own;

@@ -26,11 +26,11 @@ class GridSearch {
     const GridFigures& measure(double cell_size);
 
     // From so many cells along the longest side, finer or coarser as the cost falls, in steps of two and then
-    // of sqrt(2). Costs may be infinite. `go_on` says whether there is time for another, some times as long
-    // as the last.
+    // of sqrt(2). Costs may be infinite. `go_on` says whether there is time for another that will take so
+    // many seconds, about.
     using Cost = std::function<double(const GridFigures&)>;
     GridFigures search(double longest_side, double first_cells, const Cost& cost,
-                       const std::function<bool()>& go_on);
+                       const std::function<bool(double seconds)>& go_on);
     // The cells of the size that the search found: as find_cells makes them. Once.
     Cells take_cells() { return std::move(cells_); }
 
@@ -49,6 +49,7 @@ class GridSearch {
     double wanted_;
     uint64_t first_photons_;
     std::map<double, GridFigures> known_;
+    double seconds_ = 0;      // that the last took to measure
     Cells measured_, cells_;  // of the size measured last, and of the best
 };
 
