@@ -14,7 +14,7 @@
 namespace pim {
 namespace {
 
-constexpr double kReferenceShare = 0.05;    // of a time budget that the held-out paths take
+constexpr double kReferenceShare = 0.1;     // of a time budget that the held-out paths take
 constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the trial
 
 // More paths for a smaller error, or as many as the time allows.

@@ -94,16 +94,17 @@ class CellChooser {
     }
 
     // Along the longest side. Noise goes with one over the cells' area, the grid's error with their size or
-    // so: the best size goes with the fourth root of the photons.
+    // so: the best size goes with the fourth root of the photons. With a budget rather too large at first:
+    // large cells are soon found.
     double first_cells() const {
-        return goal_.has_budget() ? 22 * std::pow(std::max(1.0, affordable_photons() / 1e6), 0.25) : 22;
+        return goal_.has_budget() ? 14 * std::pow(std::max(1.0, affordable_photons() / 1e6), 0.25) : 22;
     }
 
-    // For the first grid: with a budget, a twentieth of the time at most.
+    // For the first grid: with a budget, a twentieth of the time.
     uint64_t first_photons() const {
         if (!goal_.has_budget()) return uint64_t(kFirstPhotons);
         const double volumes = 2.0 * held_out_.positions() * double(scene_.lights.size());
-        return uint64_t(std::clamp(0.05 * goal_.budget() / photon_seconds_ / volumes, 2048.0, kFirstPhotons));
+        return uint64_t(std::clamp(0.05 * goal_.budget() / photon_seconds_ / volumes, 2048.0, 1048576.0));
     }
 
     double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }

@@ -21,6 +21,7 @@ constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 20;  // per lamp,
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
 constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
+constexpr double kSurely = 0.5;       // of a squared error, as it was measured, is really there
 constexpr double kTimeGrowth = 0.75;  // power of the patches with which the time for a size grows, about
 
 }  // namespace
@@ -69,13 +70,13 @@ double GridSearch::least_square(double cell_size) const {
 }
 
 // Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells. Larger
-// cells make no smaller error than those that are known.
+// cells make hardly a smaller error than those that are known.
 GridFigures GridSearch::hoped_at(double cell_size) const {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     const GridFigures& near = nearest(cell_size);
     const double ratio = near.cell_size / cell_size;
     const double square =
-        cell_size > near.cell_size ? std::max(near.square, least_square(cell_size)) : least_square(cell_size);
+        std::max(least_square(cell_size), cell_size > near.cell_size ? kSurely * near.square : 0);
     return {cell_size, square, near.noise * ratio * ratio,
             std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
 }
