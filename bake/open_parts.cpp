@@ -14,17 +14,20 @@ namespace {
 constexpr float kLift = 0.002f;  // cells
 constexpr int kPackets = 4;
 constexpr int kWitnesses = 8;
-constexpr int kSpreads = 3;     // times that open places vouch for others
-constexpr float kCover = 0.5f;  // cells: what hangs lower may cover a place
+constexpr int kSpreads = 3;                // times that open places vouch for others
+constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
+constexpr float kCover = 0.5f;             // what hangs lower may cover a place; of the way looked around
 constexpr int kSpeaksFor = 4;
+constexpr double kLitShare = 0.25;  // of the mean irradiance: what gets more is lit, say a lamp's housing
 
 class Opening {
   public:
-    Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, const Fragment& fragment)
-        : plane(scene.geometry, fragment), scene_(scene), caster_(caster) {
+    // `around`, m: what closes a place in does so within that.
+    Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, float around,
+            const Fragment& fragment)
+        : plane(scene.geometry, fragment), scene_(scene), caster_(caster), around_(around) {
         up_ = fragment.key.place % 2 ? -plane.normal() : plane.normal();
         lift_ = up_ * std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
-        cell_size_ = float(grid.cell_size);
     }
 
     const FragmentPlane plane;
@@ -67,7 +70,7 @@ class Opening {
         HitPacket above;
         for (std::size_t i = 0; i < places.size(); ++i)
             if (open[i])
-                above.rays.set(int(i), places[i] + up_ * caster_.surface_offset(), up_, kCover * cell_size_);
+                above.rays.set(int(i), places[i] + up_ * caster_.surface_offset(), up_, kCover * around_);
         caster_.intersect(above);
         std::vector<bool> covered(places.size(), false), free(places.size(), false);
         int below = 0;
@@ -87,7 +90,7 @@ class Opening {
         for (int lane = 0; lane < RayPacket::kSize; ++lane) {
             const Imath::V2d share = golden_place(lane);
             const Vec3 towards = frame.to_world(sample_cosine_hemisphere(float(share.x), float(share.y)));
-            around.rays.set(lane, place + up_ * caster_.surface_offset(), towards, cell_size_);
+            around.rays.set(lane, place + up_ * caster_.surface_offset(), towards, around_);
         }
         caster_.intersect(around);
         for (int lane = 0; lane < RayPacket::kSize; ++lane)
@@ -113,7 +116,7 @@ class Opening {
     const Scene& scene_;
     const RayCaster& caster_;
     Vec3 up_, lift_;
-    float cell_size_;
+    float around_;
 };
 
 // Places on a fragment's triangle and side, in its cell, where photons landed: its own first, then the
@@ -181,11 +184,13 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
                                                Reach& reach) {
     std::vector<OpenPart> parts(fragments.size());
     const double mean_hits = mean_hits_of(fragments, reach);
+    const Vec3 size = bounds(scene.geometry).size();
+    const float around = std::min(float(grid.cell_size), kMostOfScene * std::max({size.x, size.y, size.z}));
     constexpr std::size_t kBlock = 1024;
     parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {
             if (reach.dark[f]) continue;
-            const Opening opening(scene, caster, grid, fragments[f]);
+            const Opening opening(scene, caster, grid, around, fragments[f]);
             if (opening.plane.is_degenerate()) continue;
             std::vector<Vec3> witnesses = witnesses_of(f, fragments, reach);
             for (Vec3& w : witnesses) w = opening.plane.flat(w);
@@ -196,7 +201,7 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
     for (std::size_t f = 0; f < fragments.size(); ++f) {
         if (parts[f].share == 1) continue;
         if (parts[f].share == 0) {  // but for a sliver, if it was hit
-            if (reach.hits[f] > mean_hits * double(fragments[f].area)) continue;  // a lamp's own housing
+            if (reach.hits[f] > kLitShare * mean_hits * double(fragments[f].area)) continue;
             reach.dark[f] = true;
             continue;
         }
