@@ -22,6 +22,10 @@ constexpr double kPatchPhotons = 150;    // photons that cost as much time as ke
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
 constexpr double kMostPositions = 2000;
 constexpr double kFirstPhotons = 1 << 14;  // per lamp and position, for the first cells
+constexpr double kFirstShare = 0.05;       // ... of a time budget for them instead, within these bounds
+constexpr double kFewestFirst = 1 << 11, kMostFirst = 1 << 20;
+constexpr double kFirstCells = 22;       // along the longest side
+constexpr double kCellsOfAMillion = 14;  // ... with a time for a million photons
 
 // 1, 2 or 5 times a power of ten.
 uint64_t round_number(double x) {
@@ -97,14 +101,16 @@ class CellChooser {
     // so: the best size goes with the fourth root of the photons. With a budget rather too large at first:
     // large cells are soon found.
     double first_cells() const {
-        return goal_.has_budget() ? 14 * std::pow(std::max(1.0, affordable_photons() / 1e6), 0.25) : 22;
+        return goal_.has_budget()
+                   ? kCellsOfAMillion * std::pow(std::max(1.0, affordable_photons() / 1e6), 0.25)
+                   : kFirstCells;
     }
 
-    // For the first grid: with a budget, a twentieth of the time.
     uint64_t first_photons() const {
         if (!goal_.has_budget()) return uint64_t(kFirstPhotons);
         const double volumes = 2.0 * held_out_.positions() * double(scene_.lights.size());
-        return uint64_t(std::clamp(0.05 * goal_.budget() / photon_seconds_ / volumes, 2048.0, 1048576.0));
+        const double affordable = kFirstShare * goal_.budget() / photon_seconds_;
+        return uint64_t(std::clamp(affordable / volumes, kFewestFirst, kMostFirst));
     }
 
     double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }

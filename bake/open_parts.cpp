@@ -17,7 +17,7 @@ constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;                // times that open places vouch for others
 constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
 constexpr float kCover = 0.5f;             // what hangs lower may cover a place; of the way looked around
-constexpr int kSpeaksFor = 4;
+constexpr int kSpeaksFor = 4;              // places below something, of which one is tested
 constexpr double kLitShare = 0.25;  // of the mean irradiance: what gets more is lit, say a lamp's housing
 
 class Opening {
@@ -65,7 +65,8 @@ class Opening {
     }
 
     // A sheet of paper before a board lets lines pass behind it, but hardly any light; nor does a tube let
-    // any in. Of places with something close above, every fourth is looked at and speaks for those around it.
+    // any in. Of places with something close above, one in kSpeaksFor is tested and speaks for those around
+    // it.
     void close_covered(const std::vector<Vec3>& places, std::vector<bool>& open) const {
         HitPacket above;
         for (std::size_t i = 0; i < places.size(); ++i)
@@ -86,15 +87,15 @@ class Opening {
 
     bool is_covered(const Vec3& place) const {
         const Frame frame(up_);
-        HitPacket around;
+        HitPacket packet;
         for (int lane = 0; lane < RayPacket::kSize; ++lane) {
             const Imath::V2d share = golden_place(lane);
             const Vec3 towards = frame.to_world(sample_cosine_hemisphere(float(share.x), float(share.y)));
-            around.rays.set(lane, place + up_ * caster_.surface_offset(), towards, around_);
+            packet.rays.set(lane, place + up_ * caster_.surface_offset(), towards, around_);
         }
-        caster_.intersect(around);
+        caster_.intersect(packet);
         for (int lane = 0; lane < RayPacket::kSize; ++lane)
-            if (!is_blocked(around, lane)) return false;
+            if (!is_blocked(packet, lane)) return false;
         return true;
     }
 
