@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/bake.h"
 
+#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "bake/choose.h"
@@ -49,16 +50,16 @@ constexpr uint64_t kFewPhotons = 1000;
 
 class Bake {
   public:
-    Bake(Scene scene, const BakeOptions& options)
+    Bake(Scene scene, const BakeOptions& options, std::optional<Workplace> place = std::nullopt)
         : options_(options), output_(checked_output(output_of(scene, options))), tracing_(std::move(scene)) {
         check_settled(scene_);
         std::vector<std::string> warnings;
         samples_ = all_light_samples(scene_, tracing_.solids(), warnings);
         check_boxes();
         for (const std::string& warning : warnings) log_warning(warning);
-        const fs::path folder = WorkFolder::beside(output_);
-        if (options.overwrite) fs::remove_all(folder);
-        tracing_.open(folder);
+        if (!place) place = Workplace{WorkFolder::beside(output_)};
+        if (options.overwrite) fs::remove_all(place->folder);
+        tracing_.open(*place);
         tracing_.find_cells();
     }
 
@@ -258,18 +259,17 @@ std::vector<std::string> left_out(const Scene& scene, const Cells& cells) {
 }
 
 void bake_run(const fs::path& description, BakeOptions options) {
-    const Stopwatch begun;
+    const Stopwatch begun(double(std::clock()) / CLOCKS_PER_SEC);  // since libraries were loaded
     Scene scene = scene_of(description, options);
+    const Workplace place{WorkFolder::beside(checked_output(output_of(scene, options)))};
     if (is_automatic(scene)) {
-        const fs::path output = checked_output(output_of(scene, options));
-        if (options.overwrite) fs::remove_all(WorkFolder::beside(output));
+        if (options.overwrite) fs::remove_all(place.folder);
         options.overwrite = false;  // what is traced while choosing stays
-        WorkFolder::create(WorkFolder::beside(output));
-        options.settings =
-            choose_settings(std::move(scene), options.settings, WorkFolder::beside(output), begun);
+        WorkFolder::create(place.folder);
+        options.settings = choose_settings(std::move(scene), options.settings, place, begun);
         scene = scene_of(description, options);
     }
-    Bake bake(std::move(scene), options);
+    Bake bake(std::move(scene), options, place);
     bake.trace();
     bake.fit();
 }

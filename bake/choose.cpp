@@ -71,15 +71,15 @@ Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>&
 
 }  // namespace
 
-std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& given,
-                                     const std::filesystem::path& work_folder, const Stopwatch& begun) {
+std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& given, const Workplace& place,
+                                     const Stopwatch& begun) {
     if (!scene.choices.target_error && !scene.choices.time_budget)
         scene.choices.target_error = kDefaultTargetError;
     const Goal goal(scene.choices, begun);
     std::vector<Setting> settings = given;
     append(settings, {{"target_error", ""}, {"time_budget", ""}});  // met from here on
 
-    auto known = read_choice(work_folder);
+    auto known = read_choice(place.folder);
     if (known && known->open != open_choices(scene)) known.reset();
     if (known && known->finished && known->description == scene.description) {
         log_info("what was chosen before is kept; --overwrite begins anew");
@@ -93,14 +93,14 @@ std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& gi
                   .settings = start.cells.settings,
                   .grid = start.cells.grid,
                   .finished = false};
-    write_choice(work_folder, choice);
+    write_choice(place.folder, choice);
     append(settings, start.cells.settings);
     const auto lamps = choose_lamps(scene, settings, goal, start.held_out, std::move(start.cells),
-                                    start.photon_seconds, work_folder);
+                                    start.photon_seconds, place);
     append(settings, lamps);
     append(choice.settings, lamps);
     choice.finished = true;
-    write_choice(work_folder, choice);
+    write_choice(place.folder, choice);
     return settings;
 }
 

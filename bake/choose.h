@@ -7,6 +7,7 @@
 // and cells stay as they are from then on, so that every volume traced counts to the end.
 #pragma once
 
+#include "bake/work_folder.h"
 #include "common/core/stopwatch.h"
 #include "common/scene/scene_file.h"
 
@@ -18,7 +19,7 @@ inline constexpr double kDefaultTargetError = 0.03;
 // Traces into the work folder and returns all settings for the bake that ends it: `given` and what was
 // chosen, written so that the description holds no open choice any more. With a target error alone, looks at
 // no clock; a time budget runs since `begun`.
-std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& given,
-                                     const std::filesystem::path& work_folder, const Stopwatch& begun);
+std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& given, const Workplace& place,
+                                     const Stopwatch& begun);
 
 }  // namespace pim

@@ -14,10 +14,12 @@
 namespace pim {
 namespace {
 
-constexpr double kGridShare = 0.9;       // of the squared target error that cells alone may make
-constexpr double kSearchShare = 0.3;     // of the time for all cells that are tried
-constexpr double kReachShare = 0.05;     // ... for what light reaches, with the cells that are chosen
+constexpr double kGridShare = 0.9;    // of the squared target error that cells alone may make
+constexpr double kSearchShare = 0.3;  // of the time for all cells that are tried
+constexpr double kReachShare = 0.1;   // ... for what light reaches, with the cells that are chosen
+constexpr uint64_t kFewestReach = 1 << 20;
 constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end
+constexpr double kLeftShare = 0.75;      // ... of the time that the search has left
 constexpr double kPatchPhotons = 150;    // photons that cost as much time as keeping a patch in all volumes
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
 constexpr double kMostPositions = 2000;
@@ -80,7 +82,7 @@ class CellChooser {
     void choose_reach() {
         const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_);
         grid_.reach_photons =
-            std::clamp(std::bit_floor(affordable), uint64_t{1} << 20, GridSettings{}.reach_photons);
+            std::clamp(std::bit_floor(affordable), kFewestReach, GridSettings{}.reach_photons);
     }
 
     void choose_grid(GridSearch& search) {
@@ -115,6 +117,10 @@ class CellChooser {
 
     double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }
 
+    double photons_left() const {
+        return std::min(affordable_photons(), kLeftShare * std::max(0.0, goal_.left()) / photon_seconds_);
+    }
+
     // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
     // shrinkage takes about half of it away again.
     double map_noise(const GridFigures& f) const { return 0.2 * double(terms_of_cubic(scene_)) * f.noise; }
@@ -141,7 +147,7 @@ class CellChooser {
     // So many per position that the planned positions hold all that are needed.
     void choose_photons() {
         const GridFigures& grid = choice_.grid;
-        const double wanted = goal_.has_budget() ? affordable_photons()
+        const double wanted = goal_.has_budget() ? photons_left()
                                                  : map_noise(grid) / std::max(goal_.square() - grid.square,
                                                                               0.2 * goal_.square());
         double positions = 0;

@@ -12,7 +12,6 @@
 #include "common/map/polynomial.h"
 
 namespace pim {
-namespace fs = std::filesystem;
 namespace {
 
 constexpr double kMostPhotons = 4e9;  // in all, without a time budget
@@ -21,7 +20,8 @@ constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to 
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
 constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
-constexpr double kReadSeconds = 7e-7;   // of the last fit, per lamp position and patch; about
+constexpr double kFitSeconds = 1.5e-7;  // of the last fit, per lamp position and patch; about
+constexpr double kReadSeconds = 6e-7;   // ... more, where volumes must be read from their files
 constexpr double kMendSeconds = 5e-5;   // ... per box and patch
 constexpr double kWriteSeconds = 3e-7;  // ... per box, patch and term
 constexpr int kMostBoxes = 16;          // per axis
@@ -63,9 +63,9 @@ class LampChooser {
           grid_(grid),
           photon_seconds_(photon_seconds) {}
 
-    std::vector<Setting> choose(std::optional<Cells> cells, const fs::path& work_folder) {
+    std::vector<Setting> choose(std::optional<Cells> cells, const Workplace& place) {
         begin_lamps();
-        open(std::move(cells), work_folder);
+        open(std::move(cells), place);
         int round = 1;
         do {
             trace_missing();
@@ -80,14 +80,14 @@ class LampChooser {
     }
 
   private:
-    void open(std::optional<Cells> cells, const fs::path& work_folder) {
+    void open(std::optional<Cells> cells, const Workplace& place) {
         const Stopwatch watch;
         std::vector<Setting> so_far = settings_;
         so_far.push_back({"degree", "3"});
         append_lamps(so_far);
         tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
         open_seconds_ = watch.seconds();
-        tracing_->open(work_folder);
+        tracing_->open(place);
         tracing_->find_cells(std::move(cells));
         held_out_.set_cells(tracing_->scene(), tracing_->caster(), tracing_->cells());
         fits_.emplace(*tracing_, held_out_);
@@ -174,11 +174,18 @@ class LampChooser {
         for (const Light& light : lights_) boxes += count_of(light.boxes);
         const double positions = photons_in_all() / photons();
         const double terms = terms_of_cubic(scene_);
-        const double end = open_seconds_ + 0.3 + patches * positions * kReadSeconds +
+        const double read = read_seconds(patches * positions);
+        const double end = open_seconds_ + 0.3 + patches * positions * read +
                            patches * boxes * (kMendSeconds + kWriteSeconds * terms);
-        const double as_far = positions * (photon_seconds_ * photons() + kReadSeconds * patches);
+        const double as_far = positions * (photon_seconds_ * photons() + read * patches);
         const double more = (goal_.left() - end - judge_seconds_) / (as_far + judge_seconds_);
         return 1 + std::max(0.0, more);
+    }
+
+    // Per lamp position and patch.
+    static double read_seconds(double values) {
+        const double bytes = values * double(sizeof(Rgb) + sizeof(float));
+        return kFitSeconds + (bytes < VolumeCache::capacity() ? 0 : kReadSeconds);
     }
 
     void choose_boxes() {
@@ -344,9 +351,9 @@ double planned_positions(const Light& light) {
 
 std::vector<Setting> choose_lamps(const Scene& scene, const std::vector<Setting>& settings, const Goal& goal,
                                   HeldOut& held_out, CellChoice cells, double photon_seconds,
-                                  const fs::path& work_folder) {
+                                  const Workplace& place) {
     LampChooser chooser(scene, settings, goal, held_out, cells.grid, photon_seconds);
-    return chooser.choose(std::move(cells.cells), work_folder);
+    return chooser.choose(std::move(cells.cells), place);
 }
 
 }  // namespace pim

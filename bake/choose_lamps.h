@@ -5,6 +5,7 @@
 #pragma once
 
 #include "bake/choose_cells.h"
+#include "bake/work_folder.h"
 
 namespace pim {
 
@@ -17,6 +18,6 @@ double planned_positions(const Light& light);
 // Returns what was chosen.
 std::vector<Setting> choose_lamps(const Scene& scene, const std::vector<Setting>& settings, const Goal& goal,
                                   HeldOut& held_out, CellChoice cells, double photon_seconds,
-                                  const std::filesystem::path& work_folder);
+                                  const Workplace& place);
 
 }  // namespace pim

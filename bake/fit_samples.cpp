@@ -43,7 +43,7 @@ class FitSamples {
         const fs::path folder = WorkFolder::beside(map_file);
         if (!fs::exists(folder))
             throw Error(fmt::format("{}: is not there; bake again without --clean", folder.string()));
-        return {folder, trace_settings(baked_.scene, caster_, solids_), baked_.scene};
+        return {{folder}, trace_settings(baked_.scene, caster_, solids_), baked_.scene};
     }
 
     // [sample][patch]

@@ -181,25 +181,42 @@ double HeldOut::usual_difference(const std::vector<Values>& a, const std::vector
     return *middle;
 }
 
+HeldOut::ViewError HeldOut::view_error(std::size_t view, const Values& values) const {
+    const auto& pixels = reference(view);
+    const auto colours = seen(view, values);
+    double errors = 0, norms = 0, count = 0;
+    const auto for_each = [&](auto visit) {
+        for (std::size_t p = 0; p < pixels.size(); ++p)
+            if (const auto& r = pixels[p].all; pixels[p].surface)
+                visit(double((colours[p] - r[0]).dot(colours[p] - r[1])), double(r[0].dot(r[1])));
+    };
+    for_each([&](double error, double norm) { errors += error, norms += norm, ++count; });
+    if (!(norms > 0) || count < 2) return {};
+    const double ratio = errors / norms;
+    double scatter = 0;
+    for_each([&](double error, double norm) { scatter += std::pow(error - ratio * norm, 2); });
+    return {ratio, scatter * count / (count - 1) / (norms * norms)};
+}
+
 HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
     const auto cameras = std::size_t(reference_.cameras());
-    std::vector<double> positions(views_.size() / cameras, 0.0);
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-        const auto& pixels = reference(v);
-        const auto colours = seen(v, values[position_of(v)]);
-        double square = 0;
-        for (std::size_t p = 0; p < pixels.size(); ++p)
-            if (pixels[p].surface)
-                square += double((colours[p] - pixels[p].all[0]).dot(colours[p] - pixels[p].all[1]));
-        if (const double whole = norm(v); whole > 0)
-            positions[position_of(v)] += std::sqrt(std::max(0.0, square / whole)) / double(cameras);
-    }
+    const auto n = double(positions());
     Error error;
-    for (const double e : positions) error.relrmse += e / double(positions.size());
-    double scatter = 0;
-    for (const double e : positions) scatter += (e - error.relrmse) * (e - error.relrmse);
-    const auto n = double(positions.size());
-    error.standard_error = n > 1 ? std::sqrt(scatter / (n * (n - 1))) : 0;
+    for (std::size_t c = 0; c < cameras; ++c) {
+        double mean = 0, within = 0, squares = 0;
+        for (std::size_t v = c; v < views_.size(); v += cameras) {
+            const ViewError one = view_error(v, values[position_of(v)]);
+            mean += one.square / n, within += one.variance / n, squares += one.square * one.square / n;
+        }
+        const double scatter = n > 1 ? std::max(0.0, squares - mean * mean) * n / (n - 1) : 0;
+        const double doubt = std::sqrt(scatter / n);  // of the mean
+        if (mean > 0) {
+            const double between = std::max(0.0, scatter - within) / (mean * mean);
+            error.relrmse += std::sqrt(mean) * std::pow(1 + between, -0.125) / double(cameras);
+        }
+        if (const double root = std::sqrt(std::max(mean, doubt)); root > 0)
+            error.standard_error += doubt / (2 * root) / double(cameras);
+    }
     return error;
 }
 

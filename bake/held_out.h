@@ -34,7 +34,9 @@ class HeldOut {
     // patch does not move.
     double difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
     double usual_difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
-    // As `bake evaluate` says it: the mean of ||I - R|| / ||R|| over all views; and its standard error.
+    // As `bake evaluate` says it: the mean of ||I - R|| / ||R|| over all views; and its standard error. With
+    // few pixels and paths a view's root would be too small, or that of mere noise: squares are averaged
+    // first, and the root of their mean lowered by how much views truly differ (as if log-normal).
     struct Error {
         double relrmse = 0, standard_error = 0;
     };
@@ -60,6 +62,11 @@ class HeldOut {
     std::size_t position_of(std::size_t view) const { return view / std::size_t(reference_.cameras()); }
     const std::vector<ReferencePixel>& reference(std::size_t view) const;
     double norm(std::size_t view) const;
+    // ||I - R||² / ||R||² of one view, and its variance from the scatter of its pixels.
+    struct ViewError {
+        double square = 0, variance = 0;
+    };
+    ViewError view_error(std::size_t view, const Values& values) const;
     std::vector<double> differences(const std::vector<Values>& a, const std::vector<Values>& b) const;
 
     Reference reference_;

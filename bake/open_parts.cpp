@@ -13,6 +13,8 @@ namespace {
 
 constexpr float kLift = 0.002f;  // cells
 constexpr int kPackets = 4;
+constexpr float kSmall = 0.125f;  // cells: fragments no larger are open or closed nearly as a whole
+constexpr int kPlacesOfSmall = 4;
 constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;                // times that open places vouch for others
 constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
@@ -20,17 +22,28 @@ constexpr float kCover = 0.5f;             // what hangs lower may cover a place
 constexpr int kSpeaksFor = 4;              // places below something, of which one is tested
 constexpr double kLitShare = 0.25;  // of the mean irradiance: what gets more is lit, say a lamp's housing
 
+float longest(const Box3& box) {
+    const Vec3 size = box.size();
+    return std::max({size.x, size.y, size.z});
+}
+
 class Opening {
   public:
     // `around`, m: what closes a place in does so within that.
     Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, float around,
             const Fragment& fragment)
-        : plane(scene.geometry, fragment), scene_(scene), caster_(caster), around_(around) {
+        : plane(scene.geometry, fragment),
+          places_at_once(longest(fragment.box) > kSmall * float(grid.cell_size) ? RayPacket::kSize
+                                                                                : kPlacesOfSmall),
+          scene_(scene),
+          caster_(caster),
+          around_(around) {
         up_ = fragment.key.place % 2 ? -plane.normal() : plane.normal();
         lift_ = up_ * std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
     }
 
     const FragmentPlane plane;
+    const int places_at_once;
 
     // Those that see one of the witnesses, or one of these in turn, all where there is no witness; but none
     // that is covered.
@@ -158,7 +171,7 @@ OpenPart open_part(const Opening& opening, const std::vector<Vec3>& witnesses) {
     OpenPart part;
     std::size_t all = 0;
     for (int packet = 0; packet < kPackets; ++packet) {
-        const std::vector<Vec3> places = opening.plane.places(packet);
+        const std::vector<Vec3> places = opening.plane.places(packet, opening.places_at_once);
         const std::vector<bool> open = opening.open(places, witnesses);
         for (std::size_t i = 0; i < places.size(); ++i)
             if (open[i]) part.places.push_back(places[i]);
@@ -185,8 +198,7 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
                                                Reach& reach) {
     std::vector<OpenPart> parts(fragments.size());
     const double mean_hits = mean_hits_of(fragments, reach);
-    const Vec3 size = bounds(scene.geometry).size();
-    const float around = std::min(float(grid.cell_size), kMostOfScene * std::max({size.x, size.y, size.z}));
+    const float around = std::min(float(grid.cell_size), kMostOfScene * longest(bounds(scene.geometry)));
     constexpr std::size_t kBlock = 1024;
     parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {

@@ -21,11 +21,10 @@ Vec3 FragmentPlane::flat(Vec3 p) const {
     return p;
 }
 
-std::vector<Vec3> FragmentPlane::places(int number) const {
-    constexpr int kMost = RayPacket::kSize;
+std::vector<Vec3> FragmentPlane::places(int number, int most) const {
     std::vector<Vec3> found;
-    for (int i = 0; i < kTries * kMost && int(found.size()) < kMost; ++i)
-        if (const auto place = place_at(golden_place(number * kTries * kMost + i))) found.push_back(*place);
+    for (int i = 0; i < kTries * most && int(found.size()) < most; ++i)
+        if (const auto place = place_at(golden_place(number * kTries * most + i))) found.push_back(*place);
     return found;
 }
 

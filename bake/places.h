@@ -25,8 +25,8 @@ class FragmentPlane {
     bool is_degenerate() const { return normal_ == Vec3(0); }
     const Vec3& normal() const { return normal_; }  // towards the triangle's front
     Vec3 flat(Vec3 p) const;                        // moved onto the plane
-    // Up to RayPacket::kSize places spread over the fragment; another number, other places.
-    std::vector<Vec3> places(int number) const;
+    // Up to `most` places spread over the fragment; another number, other places.
+    std::vector<Vec3> places(int number, int most = RayPacket::kSize) const;
 
   private:
     std::optional<Vec3> place_at(const Imath::V2d& share) const;  // of the box; none off the fragment

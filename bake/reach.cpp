@@ -79,7 +79,8 @@ class Pass {
         double area = 0;
         for (const Fragment& f : fragments_) area += f.area;
         Reach reach;
-        for (uint64_t until = kFirstPhotons;; until *= 2) {
+        const uint64_t few = std::max<uint64_t>(1, most_photons / kPhotonBlock) * kPhotonBlock;
+        for (uint64_t until = std::min(kFirstPhotons, few);; until *= 2) {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
             open_.assign(table_.cell_count(), 0.0);

@@ -31,8 +31,8 @@ Tracing::Tracing(Scene scene)
     check_receivers(scene_);
 }
 
-void Tracing::open(const std::filesystem::path& work_folder) {
-    work_.emplace(work_folder, trace_settings(scene_, caster_, solids_), scene_);
+void Tracing::open(const Workplace& place) {
+    work_.emplace(place, trace_settings(scene_, caster_, solids_), scene_);
 }
 
 PositionFilter Tracing::outside_solids() const {

@@ -15,7 +15,7 @@ class Tracing {
     explicit Tracing(Scene scene);
     Tracing(const Tracing&) = delete;
 
-    void open(const std::filesystem::path& work_folder);  // before all that follows
+    void open(const Workplace& place);  // before all that follows
     // `found`: by somebody else already, with the same settings.
     void find_cells(std::optional<Cells> found = std::nullopt);
     std::size_t trace(const std::vector<LightSample>& samples);  // what is missing; returns how many

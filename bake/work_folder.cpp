@@ -98,12 +98,14 @@ std::string trace_settings(const Scene& s, const RayCaster& caster, const Solids
     return out;
 }
 
-WorkFolder::WorkFolder(fs::path path, std::string settings, const Scene& scene)
-    : path_(std::move(path)),
+WorkFolder::WorkFolder(const Workplace& place, std::string settings, const Scene& scene)
+    : path_(place.folder),
+      volumes_(place.volumes),
       settings_(std::move(settings)),
       origin_(scene.geometry.origin),
       channels_(is_grey(scene) ? 1 : 3) {
     create(path_);
+    volumes_->begin(settings_);
 }
 
 void WorkFolder::create(const fs::path& path) {
@@ -196,6 +198,8 @@ fs::path WorkFolder::file_of(const Scene& scene, const LightSample& sample) cons
 bool WorkFolder::has(const Scene& scene, const LightSample& sample) const {
     const fs::path path = file_of(scene, sample);
     if (!fs::exists(path)) return false;
+    if (const auto held = volumes_->find(path.filename()); held.account)
+        return held.position == sample.position;
     const auto file = open_unless_damaged(path);
     if (!file) return false;
     check_settings(*file, settings_, path);
@@ -236,11 +240,30 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
             }
         writer.finish();
     });
+    VolumeCache::Volume held{sample.position, a, {}};
+    for (const Component c : scene.bake.components) {
+        auto component = volume.components[std::size_t(c)];
+        if (channels_ == 1)
+            for (Rgb& d : component.density) d = Rgb(d.x);
+        held.components[std::size_t(c)] = std::make_shared<DensityVolume::PerComponent>(std::move(component));
+    }
+    volumes_->keep(file_of(scene, sample).filename(), std::move(held));
 }
 
 DensityVolume::PerComponent WorkFolder::read(const Scene& scene, const Cells& cells,
                                              const LightSample& sample, Component component) const {
-    const fs::path path = file_of(scene, sample);
+    const fs::path file = file_of(scene, sample);
+    auto held = volumes_->find(file.filename());
+    auto& own = held.components[std::size_t(component)];
+    if (own) return *own;
+    own = std::make_shared<DensityVolume::PerComponent>(read_file(file, cells, component));
+    held.position = sample.position;
+    volumes_->keep(file.filename(), held);
+    return *own;
+}
+
+DensityVolume::PerComponent WorkFolder::read_file(const fs::path& path, const Cells& cells,
+                                                  Component component) const {
     const VdbReader file(path, VdbReader::Access::whole_grids);
     check_settings(file, settings_, path);
     DensityVolume::PerComponent volume{std::vector<Rgb>(cells.patches.size()),
@@ -260,7 +283,9 @@ DensityVolume::PerComponent WorkFolder::read(const Scene& scene, const Cells& ce
 }
 
 EnergyAccount WorkFolder::read_account(const Scene& scene, const LightSample& sample) const {
-    const VdbReader file(file_of(scene, sample));
+    const fs::path path = file_of(scene, sample);
+    if (const auto held = volumes_->find(path.filename()); held.account) return *held.account;
+    const VdbReader file(path);
     EnergyAccount a;
     a.emitted = uint64_t(file.number("photons_emitted")),
     a.absorbed = uint64_t(file.number("photons_absorbed"));

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bake/density.h"
+#include "bake/volume_cache.h"
 #include "common/scene/geometry_check.h"
 
 namespace pim {
@@ -16,10 +17,16 @@ namespace pim {
 // All settings that decide what a density volume holds, in words; volumes of another one are not mixed.
 std::string trace_settings(const Scene& scene, const RayCaster& caster, const Solids& solids);
 
+// Where a work folder is, and what of it is in memory: for all who open it in turn.
+struct Workplace {
+    std::filesystem::path folder;
+    std::shared_ptr<VolumeCache> volumes = std::make_shared<VolumeCache>();
+};
+
 class WorkFolder {
   public:
     // `settings` from trace_settings. Creates the folder where needed. Throws Error: not writable.
-    WorkFolder(std::filesystem::path path, std::string settings, const Scene& scene);
+    WorkFolder(const Workplace& place, std::string settings, const Scene& scene);
 
     static void create(const std::filesystem::path& path);                       // throws Error
     static std::filesystem::path beside(const std::filesystem::path& map_file);  // OUT.vdb.work
@@ -42,8 +49,11 @@ class WorkFolder {
 
   private:
     std::filesystem::path file_of(const Scene& scene, const LightSample& sample) const;
+    DensityVolume::PerComponent read_file(const std::filesystem::path& file, const Cells& cells,
+                                          Component component) const;
 
     std::filesystem::path path_;
+    std::shared_ptr<VolumeCache> volumes_;
     std::string settings_;
     Vec3d origin_;
     int channels_;  // of a density: 1 where the scene is grey

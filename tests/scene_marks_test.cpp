@@ -158,7 +158,7 @@ TEST(ThinWall, DarkRoomStaysDark) {
 BoxFit refit(Baked& b, std::vector<Vec3>& positions) {
     const Scene& scene = b.baked.scene;
     const RayCaster pinned(scene.geometry, InstructionSet::pinned);
-    const WorkFolder work(WorkFolder::beside(b.map_file), trace_settings(scene, pinned, solids_of(scene)),
+    const WorkFolder work({WorkFolder::beside(b.map_file)}, trace_settings(scene, pinned, solids_of(scene)),
                           scene);
     const Cells cells = *work.read_cells();
     const Solids solids = solids_of(scene);

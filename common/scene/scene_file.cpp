@@ -260,7 +260,7 @@ class DescriptionReader {
         grid.facings = table.flag("facings", true);
         grid.estimator = Estimator(table.choice("estimator", {"area", "sphere"}));
         grid.reach_photons =
-            uint64_t(table.integer("reach_photons", int64_t(grid.reach_photons), 1 << 20, int64_t{1} << 40));
+            uint64_t(table.integer("reach_photons", int64_t(grid.reach_photons), 1 << 16, int64_t{1} << 40));
         if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
         table.refuse_unknown();
     }
