@@ -14,7 +14,7 @@ namespace {
 constexpr float kLift = 0.002f;  // cells
 constexpr int kPackets = 4;
 constexpr float kSmall = 0.125f;  // cells: fragments no larger are open or closed nearly as a whole
-constexpr int kPlacesOfSmall = 4;
+constexpr int kPlacesOfSmall = 2;
 constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;                // times that open places vouch for others
 constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
