@@ -15,6 +15,7 @@
 #include "bake/sweep.h"
 #include "common/core/command_line.h"
 #include "common/core/error.h"
+#include "common/map/baked_scene.h"
 
 namespace {
 
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 struct Arguments {
     CommonOptions common;
     std::string input, part = "1/1";
+    std::vector<std::string> other_inputs;
     std::string output;
     uint64_t photons = 0;
     double target_error = 0;
@@ -132,6 +134,26 @@ Contest contest_of(const Arguments& a) {
     return contest;
 }
 
+// Of several maps, a list; what was traced for the first serves the others of its scene.
+void print_evaluations(const Arguments& a, const EvaluateOptions& options) {
+    Evaluator evaluator(options);
+    if (a.other_inputs.empty()) {
+        print(evaluator.evaluate(a.input, contest_of(a)), a.json, evaluation_text);
+        return;
+    }
+    std::vector<std::string> maps{a.input};
+    maps.insert(maps.end(), a.other_inputs.begin(), a.other_inputs.end());
+    for (const std::string& map : maps) read_baked_scene(map, options.geometry);  // mistakes before the work
+    nlohmann::json all = nlohmann::json::array();
+    for (const std::string& map : maps) {
+        nlohmann::json one = evaluator.evaluate(map, contest_of(a));
+        one["map"] = map;
+        if (!a.json) std::cout << map << ":\n" << evaluation_text(one) << std::flush;
+        all.push_back(std::move(one));
+    }
+    if (a.json) std::cout << all.dump(2) << "\n";
+}
+
 SweepOptions sweep_options(const Arguments& a) {
     SweepOptions options;
     for (const std::string& axis : a.axes) options.axes.push_back(parse_axis(axis));
@@ -192,16 +214,17 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
                    "the scene description that was baked, settings chosen by the bake written out")
         ->excludes(as_json);
 
-    CLI::App* evaluate = add_command(
-        app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing", "FILE.vdb",
-        [](const Arguments& x) {
-            EvaluateOptions options = x.evaluate;
-            if (!x.geometry.empty()) options.geometry = x.geometry;
-            if (x.parts)
-                print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
-            else
-                print(Evaluator(options).evaluate(x.input, contest_of(x)), x.json, evaluation_text);
-        });
+    CLI::App* evaluate =
+        add_command(app, a, chosen, "evaluate", "error at unseen lamp positions against path tracing",
+                    "FILE.vdb", [](const Arguments& x) {
+                        EvaluateOptions options = x.evaluate;
+                        if (!x.geometry.empty()) options.geometry = x.geometry;
+                        if (x.parts)
+                            print(error_parts(x.input, parts_options(x, options)), x.json, error_parts_text);
+                        else
+                            print_evaluations(x, options);
+                    });
+    CLI::Option* others = evaluate->add_option("MORE.vdb", a.other_inputs, "maps of the same scene");
     add_evaluation_options(evaluate, a);
     CLI::Option* integrator =
         evaluate->add_option("--integrator", a.contestant, "what is held against the reference")
@@ -218,7 +241,7 @@ Command parse(CLI::App& app, Arguments& a, int argc, char** argv) {
         option->capture_default_str()->needs(integrator);
     CLI::Option* parts =
         evaluate->add_flag("--parts", a.parts, "where the error is: noise, polynomial, leak, grid");
-    parts->excludes(integrator);
+    parts->excludes(integrator)->excludes(others);
     evaluate->add_option("--pictures", a.pictures, "a folder for pictures of the parts")->needs(parts);
     evaluate->add_option("--own-photons", a.own_photons, "of a volume of its own, times the bake's")
         ->check(CLI::Range(1, 10000))
