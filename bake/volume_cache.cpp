@@ -40,7 +40,7 @@ void VolumeCache::keep(const std::string& file, Volume volume) {
         volumes_.erase(known);
     }
     const double bytes = bytes_of(volume);
-    if (bytes_ + bytes > capacity()) return;
+    if (bytes_ + bytes > most_bytes_) return;
     bytes_ += bytes;
     volumes_.emplace(file, std::move(volume));
 }

@@ -16,7 +16,8 @@ namespace pim {
 
 class VolumeCache {
   public:
-    static double capacity();  // bytes
+    static double capacity();  // bytes: a share of this machine's memory
+    explicit VolumeCache(double most_bytes = capacity()) : most_bytes_(most_bytes) {}
     struct Volume {
         Vec3 position{0};  // of the lamp
         std::optional<EnergyAccount> account;
@@ -34,7 +35,7 @@ class VolumeCache {
     mutable std::mutex mutex_;
     std::string settings_;
     std::map<std::string, Volume> volumes_;
-    double bytes_ = 0;
+    double most_bytes_, bytes_ = 0;
 };
 
 }  // namespace pim

@@ -171,6 +171,17 @@ TEST(Cells, TwiceThePhotonsChangeLittle) {
     EXPECT_LT(once.counted_area, 2 * total_area(scene.geometry));
 }
 
+TEST(Cells, FewPhotonsAreFew) {
+    Scene scene = room_with_cells();
+    for (const uint64_t most : {uint64_t{1} << 16, uint64_t{100'000}}) {
+        scene.grid.reach_photons = most;
+        const Cells cells = cells_of(scene);
+        EXPECT_LE(cells.deciding_photons, most);
+        EXPECT_GT(cells.deciding_photons, most / 2);
+        EXPECT_NEAR(cells.counted_area, total_area(scene.geometry), 0.01 * total_area(scene.geometry));
+    }
+}
+
 TEST(Cells, PatchesAreSortedAndHoldTheirCentres) {
     const Cells cells = cells_of(room_with_cells());
     EXPECT_TRUE(std::ranges::is_sorted(cells.patches, patch_before));

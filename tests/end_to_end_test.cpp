@@ -112,6 +112,42 @@ TEST(EndToEnd, AKilledBakeGoesOnToTheSameBytes) {
     EXPECT_EQ(read_text(whole), read_text(killed));
 }
 
+// A bake holds in memory what it traced; a fit of its own reads it from the files. One channel of a grey
+// scene is written.
+TEST(EndToEnd, AFitFromFilesMakesTheSameBytes) {
+    std::string grey;
+    for (const char* name : {"white", "red", "green"})
+        grey += "[[material]]\nname = \"" + std::string(name) + "\"\ndiffuse = [0.5, 0.5, 0.5]\n";
+    for (const std::string& materials : {std::string(), grey}) {
+        const std::string scene = description("files", materials), map = map_path("files");
+        const Outcome whole = run("bake run " + scene + " --photons 1000 --overwrite -o " + map);
+        ASSERT_EQ(whole.code, 0) << whole.text;
+        const std::string bytes = read_text(map);
+        EXPECT_EQ(VdbReader(map).number("grey"), materials.empty() ? 0 : 1);
+        fs::remove(map);
+        ASSERT_EQ(run("bake fit " + scene + " --photons 1000 -o " + map).code, 0);
+        EXPECT_TRUE(bytes == read_text(map));
+    }
+}
+
+TEST(EndToEnd, MapsEvaluatedTogetherSayTheSame) {
+    const std::string scene = description("together"), few = map_path("few"), many = map_path("many"),
+                      how = " --lights 2 --pixels 64 --paths 8";
+    ASSERT_EQ(run("bake run " + scene + " --photons 500 -o " + few).code, 0);
+    ASSERT_EQ(run("bake run " + scene + " --photons 2000 -o " + many).code, 0);
+    const auto both = json_of("bake evaluate " + few + " " + many + how);
+    ASSERT_EQ(both.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const std::string& map = i == 0 ? few : many;
+        EXPECT_EQ(both[i]["map"], map);
+        EXPECT_EQ(both[i]["relrmse"], json_of("bake evaluate " + map + how)["relrmse"]);
+    }
+    const Outcome text = run("bake evaluate " + few + " " + many + how + " --quiet");
+    EXPECT_TRUE(text.names(few) && text.names(many)) << text.text;
+    expect_failure("bake evaluate " + few + " " + map_path("none") + how, 1, {"none.vdb"});
+    expect_failure("bake evaluate " + few + " " + many + " --parts", 2, {"--parts"});
+}
+
 TEST(EndToEnd, TheStoredDescriptionMakesTheSameMap) {
     const std::string scene = description("stored");
     ASSERT_EQ(run("bake run " + scene + " -o " + map_path("stored") + " --photons 1000").code, 0);

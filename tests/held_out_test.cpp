@@ -54,14 +54,20 @@ TEST(HeldOut, LampsAreSpreadOverTheDomainAndNotThoseOfEvaluations) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_GT(all.size()[axis], 0.2f);
 }
 
+// Phi rho / (A (1 - rho)), with A = 6 m².
+Rgb right_light(const Scene& scene) {
+    const Rgb rho = scene.materials[0].diffuse;
+    Rgb balance;
+    for (int c = 0; c < 3; ++c) balance[c] = scene.lights[0].power[c] * rho[c] / (6 * (1 - rho[c]));
+    return balance;
+}
+
 // The room's own irradiance per patch: indirect light of a lamp in a closed room of equal walls is nearly
 // constant, Phi rho / (A (1 - rho)) on average (energy balance). A map that holds it everywhere errs less
 // than one that is dark, or twice as bright.
 TEST(HeldOut, TheRightLightErrsLeast) {
     const Prepared& p = prepared();
-    const Rgb rho = p.scene.materials[0].diffuse;
-    Rgb balance;
-    for (int c = 0; c < 3; ++c) balance[c] = p.scene.lights[0].power[c] * rho[c] / (6 * (1 - rho[c]));
+    const Rgb balance = right_light(p.scene);
     const auto right = p.constant(balance), dark = p.constant(Rgb(0)), bright = p.constant(balance * 2.0f);
     EXPECT_LT(p.held_out.square(right, right), 0.1 * p.held_out.square(dark, dark));
     EXPECT_LT(p.held_out.square(right, right), 0.1 * p.held_out.square(bright, bright));
@@ -115,6 +121,22 @@ TEST(HeldOut, ErrorIsThatOfTheMapsPictures) {
     }
     // Other pixels and paths of the same five views: they agree as far as 300 pixels can.
     EXPECT_NEAR(p.held_out.error(own).relrmse, error, 0.1 * error);
+}
+
+// Sixteen paths or a thousand per pixel: the mean over many views is the same error, where views' own roots
+// would be mere noise at sixteen.
+TEST(HeldOut, FewPathsLeaveTheErrorAsItIs) {
+    const Prepared& p = prepared();
+    const auto error = [&](int paths) {
+        HeldOut held_out(p.scene, p.caster, p.solids, {.positions = 24, .pixels = 300, .paths = paths});
+        held_out.set_cells(p.scene, p.caster, p.cells);
+        const HeldOut::Values balance(held_out.patches().size(), right_light(p.scene));
+        return held_out.error(std::vector<HeldOut::Values>(24, balance));
+    };
+    const auto few = error(16), many = error(1024);
+    EXPECT_NEAR(few.relrmse, many.relrmse, 4 * std::hypot(few.standard_error, many.standard_error));
+    EXPECT_LT(many.standard_error, 0.1 * many.relrmse);
+    EXPECT_LT(few.standard_error, 0.25 * many.relrmse);
 }
 
 }  // namespace
