@@ -10,6 +10,7 @@
 #include "bake/choose_lamps.h"
 #include "bake/tracing.h"
 #include "common/core/log.h"
+#include "common/render/path_radiance.h"
 
 namespace pim {
 namespace {
@@ -24,7 +25,8 @@ HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_
         size.paths = int(std::clamp(256 * std::pow(0.02 / goal.target(), 2), 32.0, 4096.0));
     if (!goal.has_budget()) return size;
     const double all = std::min(4e6, 6e4 * goal.budget());
-    size.positions = all < 1e6 ? 16 : 32;
+    // Lamps' images in mirrors cost a position as much as many pixels.
+    if (all < 1e6) (point_lamps_meet_specular(scene) ? size.positions : size.pixels) /= 2;
     const double seconds = photon_seconds * reference_photons(scene, {.lights = size.positions,
                                                                       .pixels = size.pixels,
                                                                       .paths = 1,

@@ -19,12 +19,13 @@ constexpr double kMetShare = 0.97;    // of the target: what was chosen by its e
 constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
-constexpr int kRounds = 4;              // of doubling, about, that the photons per position are planned for
-constexpr double kFitSeconds = 1.5e-7;  // of the last fit, per lamp position and patch; about
-constexpr double kReadSeconds = 6e-7;   // ... more, where volumes must be read from their files
-constexpr double kMendSeconds = 5e-5;   // ... per box and patch
-constexpr double kWriteSeconds = 3e-7;  // ... per box, patch and term
-constexpr int kMostBoxes = 16;          // per axis
+constexpr int kRounds = 4;               // of doubling, about, that the photons per position are planned for
+constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
+constexpr double kReadSeconds = 6e-7;    // ... more, where volumes must be read from their files
+constexpr double kMendSeconds = 5e-5;    // ... per box and patch
+constexpr double kWriteSeconds = 3e-7;   // ... per box, patch and term
+constexpr double kMeasuresOfARound = 3;  // fits that are tried, in times that one measure takes
+constexpr int kMostBoxes = 16;           // per axis
 constexpr double kMostBoxesInAll = 512;
 
 std::string text_of(const Index3& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
@@ -94,10 +95,8 @@ class LampChooser {
     }
 
     void judge() {
-        const Stopwatch watch;
-        figures_ = fits_->measure(lights_, degree_);
+        measure();
         choose_boxes();
-        judge_seconds_ = watch.seconds();
     }
 
     void note_estimate() const {
@@ -159,9 +158,8 @@ class LampChooser {
     double photons() const { return double(tracing_->scene().bake.photons); }  // per position
 
     // Photons still needed as a multiple of those traced, or the squared error at the end of the budget.
-    double cost(const TrialFigures& f) const { return cost(f.floor(), f.noise_sum()); }
-    double cost(double floor, double noise) const {
-        floor = std::max(0.0, floor);
+    double cost(const TrialFigures& f) const {
+        const double floor = std::max(0.0, f.floor()), noise = f.noise_sum();
         if (goal_.has_budget()) return floor + noise / std::max(1.0, affordable());
         return floor < 0.95 * goal_.square() ? noise / (goal_.square() - floor)
                                              : 1e6 * floor / goal_.square();
@@ -169,17 +167,33 @@ class LampChooser {
 
     // Photons in all that the budget allows, as a multiple of those traced.
     double affordable() const {
-        const double patches = double(tracing_->cells().patches.size());
+        const double positions = photons_in_all() / photons(), patches = patch_count();
+        const double as_far =
+            positions * (photon_seconds_ * photons() + read_seconds(patches * positions) * patches);
+        const double judging = kMeasuresOfARound * measure_seconds_;
+        const double more = (goal_.left() - end_seconds() - judging) / (as_far + judging);
+        return 1 + std::max(0.0, more);
+    }
+
+    // Of the last fit and the map.
+    double end_seconds() const {
+        const double positions = photons_in_all() / photons(), patches = patch_count();
         double boxes = 0;
         for (const Light& light : lights_) boxes += count_of(light.boxes);
-        const double positions = photons_in_all() / photons();
-        const double terms = terms_of_cubic(scene_);
-        const double read = read_seconds(patches * positions);
-        const double end = open_seconds_ + 0.3 + patches * positions * read +
-                           patches * boxes * (kMendSeconds + kWriteSeconds * terms);
-        const double as_far = positions * (photon_seconds_ * photons() + read * patches);
-        const double more = (goal_.left() - end - judge_seconds_) / (as_far + judge_seconds_);
-        return 1 + std::max(0.0, more);
+        return open_seconds_ + 0.3 + patches * positions * read_seconds(patches * positions) +
+               patches * boxes * (kMendSeconds + kWriteSeconds * terms_of_cubic(scene_));
+    }
+
+    double patch_count() const { return double(tracing_->cells().patches.size()); }
+
+    bool has_time_to_judge() const {
+        return !goal_.has_budget() || goal_.left() > end_seconds() + 1.5 * measure_seconds_;
+    }
+
+    void measure() {
+        const Stopwatch watch;
+        figures_ = fits_->measure(lights_, degree_);
+        measure_seconds_ = watch.seconds();
     }
 
     // Per lamp position and patch.
@@ -192,10 +206,10 @@ class LampChooser {
         while (const auto better = better_boxes()) {
             const auto before = std::pair(lights_, figures_);
             lights_[better->first].boxes = better->second;
-            figures_ = fits_->measure(lights_, degree_);
+            measure();
             if (cost(figures_) < kWorthwhile * cost(before.second)) continue;
             lights_ = before.first;  // promised more than it holds
-            figures_ = fits_->measure(lights_, degree_);
+            measure();
             break;
         }
         if (!scene_.choices.degree) return;
@@ -204,7 +218,7 @@ class LampChooser {
             const auto figures = fits_->with_degree(degree);
             if (!figures || !(cost(*figures) < kWorthwhile * cost(figures_))) continue;
             degree_ = degree;
-            figures_ = fits_->measure(lights_, degree_);
+            measure();
             break;
         }
     }
@@ -215,9 +229,8 @@ class LampChooser {
         std::optional<std::pair<std::size_t, Index3>> best;
         for (std::size_t l = 0; l < lights_.size(); ++l)
             for (const Index3& boxes : other_boxes(lights_[l])) {
-                // Boxes take nothing away of what cells alone make.
-                const auto figures = fits_->with_boxes(
-                    l, boxes, [&](double noise) { return cost(grid_.square, noise) < least; });
+                if (!has_time_to_judge()) return best;
+                const auto figures = fits_->with_boxes(l, boxes);
                 if (!figures || !(cost(*figures) < least)) continue;
                 least = cost(*figures);
                 best = {l, boxes};
@@ -328,7 +341,7 @@ class LampChooser {
     const Goal& goal_;
     HeldOut& held_out_;
     GridFigures grid_;
-    double photon_seconds_, open_seconds_ = 1, judge_seconds_ = 0;
+    double photon_seconds_, open_seconds_ = 1, measure_seconds_ = 0;
     double traced_photons_ = 0, traced_seconds_ = 0;
     std::optional<Tracing> tracing_;
     std::optional<TrialFits> fits_;

@@ -167,15 +167,15 @@ TrialFigures TrialFits::measure(const std::vector<Light>& lights, int degree) {
     return figures;
 }
 
-std::optional<TrialFigures> TrialFits::with_boxes(std::size_t light, const Index3& boxes,
-                                                  const NoiseTest& bearable) const {
+std::optional<TrialFigures> TrialFits::with_boxes(std::size_t light, const Index3& boxes) const {
     Light as = lights_[light];
     as.boxes = boxes;
     if (!enough(light, as, degree_)) return std::nullopt;
     TrialFigures figures = measured_;
-    figures.noise[light] *= mean(leverage(light, as, degree_)) / mean(lamps_[light].leverage);
-    if (!bearable(figures.noise_sum())) return std::nullopt;
     add_figures(total(light, fitted(light, as, degree_, lamps_[light].samples)), figures);
+    const double others = measured_.noise_sum() - measured_.noise[light];
+    const double growth = mean(leverage(light, as, degree_)) / mean(lamps_[light].leverage);
+    figures.noise[light] = std::clamp(figures.square - others, 0.0, growth * measured_.noise[light]);
     return figures;
 }
 

@@ -32,11 +32,9 @@ class TrialFits {
     // leave out one of a few groups of positions.
     TrialFigures measure(const std::vector<Light>& lights, int degree);
     // With one lamp's boxes, or the degree, changed since measure(): the error is measured, its noise follows
-    // from the leverage of the changed design. None where a box holds too few positions, or where that noise
-    // is not `bearable`.
-    using NoiseTest = std::function<bool(double noise_sum)>;
-    std::optional<TrialFigures> with_boxes(std::size_t light, const Index3& boxes,
-                                           const NoiseTest& bearable) const;
+    // from the leverage of the changed design, as far as the error leaves room for it: part of what scatters
+    // is what the polynomial misses, which boxes mend. None where a box holds too few positions.
+    std::optional<TrialFigures> with_boxes(std::size_t light, const Index3& boxes) const;
     std::optional<TrialFigures> with_degree(int degree) const;
 
   private:
