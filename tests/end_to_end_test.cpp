@@ -123,7 +123,7 @@ TEST(EndToEnd, AFitFromFilesMakesTheSameBytes) {
         const Outcome whole = run("bake run " + scene + " --photons 1000 --overwrite -o " + map);
         ASSERT_EQ(whole.code, 0) << whole.text;
         const std::string bytes = read_text(map);
-        EXPECT_EQ(VdbReader(map).number("grey"), materials.empty() ? 0 : 1);
+        EXPECT_EQ(VdbReader(map).integer("grey"), materials.empty() ? 0 : 1);
         fs::remove(map);
         ASSERT_EQ(run("bake fit " + scene + " --photons 1000 -o " + map).code, 0);
         EXPECT_TRUE(bytes == read_text(map));

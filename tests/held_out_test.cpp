@@ -123,7 +123,7 @@ TEST(HeldOut, ErrorIsThatOfTheMapsPictures) {
     EXPECT_NEAR(p.held_out.error(own).relrmse, error, 0.1 * error);
 }
 
-// Sixteen paths or a thousand per pixel: the mean over many views is the same error, where views' own roots
+// Sixteen paths or 256 per pixel: the mean over many views is the same error, where views' own roots
 // would be mere noise at sixteen.
 TEST(HeldOut, FewPathsLeaveTheErrorAsItIs) {
     const Prepared& p = prepared();
@@ -133,7 +133,7 @@ TEST(HeldOut, FewPathsLeaveTheErrorAsItIs) {
         const HeldOut::Values balance(held_out.patches().size(), right_light(p.scene));
         return held_out.error(std::vector<HeldOut::Values>(24, balance));
     };
-    const auto few = error(16), many = error(1024);
+    const auto few = error(16), many = error(256);
     EXPECT_NEAR(few.relrmse, many.relrmse, 4 * std::hypot(few.standard_error, many.standard_error));
     EXPECT_LT(many.standard_error, 0.1 * many.relrmse);
     EXPECT_LT(few.standard_error, 0.25 * many.relrmse);
