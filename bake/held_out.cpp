@@ -13,6 +13,7 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kSeed = 0x48e1d;
+constexpr double kMostScatter = 1;  // of squared errors among views, in their squared mean; more is doubtful
 
 // All lamps at once; each position's lamps are shifted by numbers of their own, so that lamps do not move in
 // step.
@@ -211,7 +212,7 @@ HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
         const double scatter = n > 1 ? std::max(0.0, squares - mean * mean) * n / (n - 1) : 0;
         const double doubt = std::sqrt(scatter / n);  // of the mean
         if (mean > 0) {
-            const double between = std::max(0.0, scatter - within) / (mean * mean);
+            const double between = std::clamp((scatter - within) / (mean * mean), 0.0, kMostScatter);
             error.relrmse += std::sqrt(mean) * std::pow(1 + between, -0.125) / double(cameras);
         }
         if (const double root = std::sqrt(std::max(mean, doubt)); root > 0)

@@ -31,7 +31,7 @@ const std::string kCornell = std::string(PIM_DATA) + "/cornell/cornell.glb";
 
 // A small bake of the Cornell box; `extra` goes to the end, `grid` into [grid].
 std::string description(const std::string& name, const std::string& extra = "",
-                        const std::string& geometry = kCornell, const std::string& grid = "cells = 12") {
+                        const std::string& geometry = kCornell, const std::string& grid = "cells = 12\nreach_photons = 262144") {
     const fs::path path = test_folder() / (name + ".toml");
     std::ofstream(path) << "[scene]\ngeometry = \"" << geometry << "\"\n[grid]\n"
                         << grid << "\n[bake]\nphotons = 3000\ncomponents = [\"direct\", \"indirect\"]\n"
@@ -446,7 +446,7 @@ TEST(EndToEnd, GreyScenesHaveOneChannel) {
 
 TEST(EndToEnd, ViewerRefusesWhatItCannotShow) {
     const std::string map = map_path("viewer"), out = " --output " + (test_folder() / "v.png").string();
-    ASSERT_EQ(run("bake run " + description("viewer", "", kCornell, "cells = 12") + " -o " + map).code, 0);
+    ASSERT_EQ(run("bake run " + description("viewer", "", kCornell) + " -o " + map).code, 0);
     expect_failure("viewer " + map + out + " --light lamp=0,0,0", 2, {"lamp", "domain"});
     expect_failure("viewer " + map + out + " --light lamp=1,2", 2, {"--light", "three numbers"});
     expect_failure("viewer " + map + out + " --light sun=1,2,3", 2, {"sun", "lamp"});

@@ -8,7 +8,8 @@
 namespace pim {
 namespace {
 
-fs::path bake_with(const std::string& scene, const std::string& name, const std::vector<Setting>& settings) {
+fs::path bake_with(const std::string& scene, const std::string& name, std::vector<Setting> settings) {
+    settings.push_back({"reach_photons", "262144"});
     set_log_level("error");
     const fs::path map = test_folder() / (name + ".vdb");
     bake_run(fs::path(PIM_DATA) / scene / (scene + ".toml"),

@@ -48,7 +48,7 @@ fs::path write(const Setup& s, const std::string& name) {
     std::ofstream(folder / "a.mtl") << "newmtl wall\nKd " << s.albedo << " " << s.albedo << " " << s.albedo
                                     << "\n";
     std::ofstream(folder / "a.toml") << "[scene]\ngeometry = \"a.obj\"\n"
-                                     << s.scene << "[grid]\nreach_photons = 1048576\n"
+                                     << s.scene << "[grid]\nreach_photons = 262144\n"
                                      << s.grid << "[bake]\n"
                                      << s.bake << "[[light]]\nname = \"lamp\"\npower = " << s.lamp.power
                                      << "\nposition = " << s.lamp.position
@@ -326,7 +326,7 @@ Image picture_of_room(double size, double shift, const std::string& name) {
                            z * size + shift);
     };
     std::ofstream(folder / "a.toml") << fmt::format(
-        "[scene]\ngeometry = \"a.gltf\"\n[grid]\ncells = 10\nreach_photons = 1048576\n[bake]\nphotons = "
+        "[scene]\ngeometry = \"a.gltf\"\n[grid]\ncells = 10\nreach_photons = 262144\n[bake]\nphotons = "
         "5000\n"
         "[[light]]\nname = \"lamp\"\npower = [{0:.17g}, {0:.17g}, {0:.17g}]\nposition = {1}\n"
         "domain = {{ min = {2}, max = {3} }}\nsamples = 40\n"

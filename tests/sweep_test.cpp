@@ -31,7 +31,7 @@ const fs::path kSphere = fs::path(PIM_DATA) / "sphere/sphere.toml";
 
 TEST(Sweep, BakesAndEvaluatesEveryCombination) {
     set_log_level("error");
-    const auto options = options_of("sweep", {"photons=200,3200", "degree=0,1"});
+    const auto options = options_of("sweep", {"photons=200,3200", "degree=0,1", "reach_photons=65536"});
     const auto results = sweep(kSphere, options);
     ASSERT_EQ(results.size(), 4u);
     const int photons[] = {200, 200, 3200, 3200}, degree[] = {0, 1, 0, 1};
@@ -53,7 +53,7 @@ TEST(Sweep, BakesAndEvaluatesEveryCombination) {
     // The same as each by itself.
     const fs::path alone = test_folder() / "alone/alone.vdb";  // as deep: the path to the geometry is in it
     fs::create_directories(alone.parent_path());
-    bake_run(kSphere, {.output = alone, .settings = {{"photons", "3200"}, {"degree", "1"}}});
+    bake_run(kSphere, {.output = alone, .settings = {{"photons", "3200"}, {"degree", "1"}, {"reach_photons", "65536"}}});
     EXPECT_TRUE(read_text(alone) == read_text(results[3]["map"].get<std::string>()));
     EXPECT_EQ(Evaluator(options.evaluate).evaluate(alone)["relrmse"], results[3]["relrmse"]);
 
