@@ -2,6 +2,7 @@
 #include "bake/lit_region.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -11,7 +12,7 @@
 namespace pim {
 namespace {
 
-constexpr uint64_t kPhotons = uint64_t{1} << 20, kPhotonBlock = 4096;
+constexpr uint64_t kPhotons = uint64_t{1} << 18, kPhotonBlock = 4096;
 constexpr int kBins = 16;            // along the longest side of where most of the light lands
 constexpr double kTail = 0.05;       // of the flux on each side that "most" leaves out
 constexpr float kWorthwhile = 0.8f;  // bounds that keep more than this of every side are not worth setting
@@ -43,16 +44,20 @@ std::vector<Flux> landings(const Scene& scene, const RayCaster& caster, const Po
 }
 
 // Where most of the light lands, on one axis: its extent.
-float main_extent(std::vector<Flux>& all, int axis) {
-    std::ranges::sort(all, {}, [&](const Flux& f) { return f.position[axis]; });
+float main_extent(const std::vector<Flux>& all, int axis) {
+    std::vector<std::pair<float, float>> places;  // and flux
     double whole = 0, sum = 0;
-    for (const Flux& f : all) whole += double(f.value);
-    float low = all.front().position[axis], high = all.back().position[axis];
     for (const Flux& f : all) {
+        places.emplace_back(f.position[axis], f.value);
+        whole += double(f.value);
+    }
+    std::ranges::sort(places);
+    float low = places.front().first, high = places.back().first;
+    for (const auto& [place, value] : places) {
         const double before = sum;
-        sum += double(f.value);
-        if (before < kTail * whole) low = f.position[axis];
-        if (before < (1 - kTail) * whole) high = f.position[axis];
+        sum += double(value);
+        if (before < kTail * whole) low = place;
+        if (before < (1 - kTail) * whole) high = place;
     }
     return high - low;
 }
@@ -60,10 +65,11 @@ float main_extent(std::vector<Flux>& all, int axis) {
 }  // namespace
 
 std::optional<Box3> lit_region(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
-    std::vector<Flux> all = landings(scene, caster, allowed);
+    const std::vector<Flux> all = landings(scene, caster, allowed);
     if (all.empty()) return std::nullopt;
-    float longest = 0;
-    for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, main_extent(all, axis));
+    std::array<float, 3> extents;
+    parallel_for(3, [&](std::size_t axis) { extents[axis] = main_extent(all, int(axis)); });
+    const float longest = *std::ranges::max_element(extents);
     if (!(longest > 0)) return std::nullopt;
     const float size = longest / kBins;
     const auto place = [&](float x) { return int64_t(std::floor(x / size)); };

@@ -225,7 +225,7 @@ void WorkFolder::write(const Scene& scene, const Cells& cells, const LightSample
     const auto facings = cells_by_slot(cells.patches);
     write_atomically(file_of(scene, sample), [&](const fs::path& temporary) {
         VdbWriter writer(temporary, m, transform_of(cells.grid, origin_),
-                         2 * used_slots(cells.patches) * int(scene.bake.components.size()));
+                         2 * used_slots(cells.patches) * int(scene.bake.components.size()), trees_);
         for (const Component c : scene.bake.components)
             for (int f = 0; f < kSlotCount; ++f) {
                 if (facings[f].cells.empty()) continue;

@@ -10,6 +10,7 @@
 
 #include "bake/density.h"
 #include "bake/volume_cache.h"
+#include "common/map/vdb_file.h"
 #include "common/scene/geometry_check.h"
 
 namespace pim {
@@ -54,6 +55,7 @@ class WorkFolder {
 
     std::filesystem::path path_;
     std::shared_ptr<VolumeCache> volumes_;
+    std::shared_ptr<VdbTrees> trees_ = std::make_shared<VdbTrees>();
     std::string settings_;
     Vec3d origin_;
     int channels_;  // of a density: 1 where the scene is grey

@@ -7,7 +7,9 @@
 #include <openvdb/openvdb.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <fstream>
+#include <mutex>
 #include <sstream>
 
 #include "common/core/error.h"
@@ -64,7 +66,22 @@ VdbMetadata from_openvdb(const openvdb::MetaMap& map) {
     return metadata;
 }
 
-// OpenVDB's own writer wants all grids of a file alive at once; its parts, called in the same order, do not.
+// A grid of some cells, whose values may be filled in again and again, and how a file describes its tree.
+struct CellTree {
+    std::vector<Index3> cells;
+    int channels;
+    openvdb::GridBase::Ptr grid;
+    std::vector<float*> places;  // of the cells' values
+    std::string topology;
+
+    void fill(const std::vector<float>& values) {
+        for (std::size_t i = 0; i < places.size(); ++i)
+            std::copy_n(&values[i * std::size_t(channels)], channels, places[i]);
+    }
+};
+
+// OpenVDB's own writer wants all grids of a file alive at once, and describes the tree of each; its parts,
+// called in the same order, do not.
 class GridStream : public openvdb::io::Archive {
   public:
     GridStream(std::ostream& stream, const openvdb::MetaMap& metadata, int32_t grid_count) : stream_(stream) {
@@ -74,9 +91,30 @@ class GridStream : public openvdb::io::Archive {
         metadata.writeMeta(stream_);
         stream_.write(reinterpret_cast<const char*>(&grid_count), sizeof grid_count);
     }
-    void write_grid(const openvdb::GridBase::ConstPtr& grid) {
-        openvdb::io::GridDescriptor descriptor(grid->getName(), grid->type(), false);
-        writeGrid(descriptor, grid, stream_, /*seekable=*/true);
+
+    void describe(CellTree& tree) const {
+        std::ostringstream text;
+        setGridCompression(text, *tree.grid);
+        text.str({});
+        tree.grid->writeTopology(text);
+        tree.topology = text.str();
+    }
+
+    void write_grid(const CellTree& tree) {
+        std::ostringstream head, body;
+        openvdb::io::GridDescriptor descriptor(tree.grid->getName(), tree.grid->type(), false);
+        descriptor.writeHeader(head);
+        const int64_t start = int64_t(stream_.tellp()) + int64_t(head.tellp()) + 3 * int64_t(sizeof(int64_t));
+        descriptor.setGridPos(start);
+        setGridCompression(body, *tree.grid);
+        tree.grid->writeMeta(body);
+        tree.grid->writeTransform(body);
+        body << tree.topology;
+        descriptor.setBlockPos(start + int64_t(body.tellp()));
+        tree.grid->writeBuffers(body);
+        descriptor.setEndPos(start + int64_t(body.tellp()));
+        descriptor.writeStreamPos(head);
+        stream_ << head.view() << body.view();
     }
     openvdb::io::Archive::Ptr copy() const override { return std::make_shared<GridStream>(*this); }
 
@@ -84,12 +122,17 @@ class GridStream : public openvdb::io::Archive {
     std::ostream& stream_;
 };
 
-template <class Grid, class Value>
-typename Grid::Ptr make_grid(const std::vector<Index3>& cells, Value value_at) {
-    auto grid = Grid::create();
+template <class Grid>
+void build(CellTree& tree) {
+    const auto grid = Grid::create();
     auto accessor = grid->getAccessor();
-    for (std::size_t i = 0; i < cells.size(); ++i) accessor.setValueOn(to_coord(cells[i]), value_at(i));
-    return grid;
+    for (const Index3& cell : tree.cells) accessor.setValueOn(to_coord(cell), typename Grid::ValueType(0.0f));
+    for (const Index3& cell : tree.cells) {
+        auto* leaf = accessor.probeLeaf(to_coord(cell));
+        auto* value = leaf->buffer().data() + leaf->coordToOffset(to_coord(cell));
+        tree.places.push_back(reinterpret_cast<float*>(value));
+    }
+    tree.grid = grid;
 }
 
 constexpr char kTrailer[] = "pim-end\n";
@@ -142,22 +185,56 @@ void identify_by_content(const std::filesystem::path& path) {
 
 }  // namespace
 
+struct VdbTrees::Implementation {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<CellTree>> free;
+
+    // None: all of these cells are in use, or none was ever written.
+    std::unique_ptr<CellTree> take(const std::vector<Index3>& cells, int channels) {
+        const std::lock_guard lock(mutex);
+        const auto found = std::ranges::find_if(
+            free, [&](const auto& tree) { return tree->channels == channels && tree->cells == cells; });
+        if (found == free.end()) return nullptr;
+        auto tree = std::move(*found);
+        free.erase(found);
+        return tree;
+    }
+    void give_back(std::unique_ptr<CellTree> tree) {
+        const std::lock_guard lock(mutex);
+        free.push_back(std::move(tree));
+    }
+};
+
+VdbTrees::VdbTrees() : implementation_(std::make_unique<Implementation>()) {}
+
+VdbTrees::~VdbTrees() = default;
+
 struct VdbWriter::Implementation {
     std::filesystem::path path;
     std::ofstream file;
     openvdb::math::Transform::Ptr transform;
     std::unique_ptr<GridStream> stream;
     int missing;
+    std::shared_ptr<VdbTrees> trees;
+
+    std::unique_ptr<CellTree> tree_of(const std::vector<Index3>& cells, int channels) const {
+        if (auto known = trees->implementation_->take(cells, channels)) return known;
+        auto tree = std::make_unique<CellTree>(CellTree{cells, channels, {}, {}, {}});
+        channels == 1 ? build<FloatGrid>(*tree) : build<Vec3SGrid>(*tree);
+        stream->describe(*tree);
+        return tree;
+    }
 };
 
 VdbWriter::VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata,
-                     const VdbTransform& transform, int grid_count)
+                     const VdbTransform& transform, int grid_count, std::shared_ptr<VdbTrees> trees)
     : implementation_(std::make_unique<Implementation>()) {
     const FloatTraps library(FloatTraps::off);
     initialise();
     Implementation& i = *implementation_;
     i.path = path;
     i.missing = grid_count;
+    i.trees = std::move(trees);
     i.file.open(path, std::ios::binary);
     if (!i.file) throw Error(fmt::format("{}: cannot be written", path.string()));
     const double unit = transform.voxel_size < kSmallestVoxel ? kMicrometre : 1;
@@ -172,16 +249,14 @@ VdbWriter::~VdbWriter() = default;
 void VdbWriter::add(const std::string& name, const std::vector<Index3>& cells, const std::vector<float>& v,
                     int channels) {
     const FloatTraps library(FloatTraps::off);
-    openvdb::GridBase::Ptr grid;
-    if (channels == 1)
-        grid = make_grid<FloatGrid>(cells, [&](std::size_t i) { return v[i]; });
-    else
-        grid = make_grid<Vec3SGrid>(
-            cells, [&](std::size_t i) { return openvdb::Vec3s(v[3 * i], v[3 * i + 1], v[3 * i + 2]); });
-    grid->setName(name);
-    grid->setTransform(implementation_->transform->copy());
-    implementation_->stream->write_grid(grid);
-    --implementation_->missing;
+    Implementation& i = *implementation_;
+    auto tree = i.tree_of(cells, channels);
+    tree->fill(v);
+    tree->grid->setName(name);
+    tree->grid->setTransform(i.transform->copy());
+    i.stream->write_grid(*tree);
+    i.trees->implementation_->give_back(std::move(tree));
+    --i.missing;
 }
 
 void VdbWriter::finish() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time, so that
-// memory holds one of them and not all.
+// OpenVDB files, grid after grid: the one place that knows OpenVDB. Grids are written one at a time: memory
+// holds a tree for each set of cells, and not all grids.
 #pragma once
 
 #include <filesystem>
@@ -23,12 +23,25 @@ struct VdbTransform {
     double voxel_size = 1;
 };
 
+// Trees of grids that were written, filled anew for other grids of the same cells: to build and to describe a
+// tree takes longer than its values do. Writers in several threads may share them.
+class VdbTrees {
+  public:
+    VdbTrees();
+    ~VdbTrees();
+
+  private:
+    friend class VdbWriter;
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
 class VdbWriter {
   public:
     // Throws Error. `grid_count` grids must follow. Same content, same bytes: the file's identifier is a
     // hash.
     VdbWriter(const std::filesystem::path& path, const VdbMetadata& metadata, const VdbTransform& transform,
-              int grid_count);
+              int grid_count, std::shared_ptr<VdbTrees> trees = std::make_shared<VdbTrees>());
     ~VdbWriter();
     // One value per cell, `channels` 1 (float) or 3 (Vec3s) numbers each, laid out cell by cell; those cells
     // are active, no others.
