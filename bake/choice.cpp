@@ -16,8 +16,9 @@ fs::path file_in(const fs::path& work_folder) { return work_folder / "choice.jso
 }  // namespace
 
 std::string open_choices(const Scene& scene) {
-    std::string open = fmt::format("geometry {} cells {} photons {} degree {}", scene.geometry_hash,
-                                   scene.choices.cells, scene.choices.photons, scene.choices.degree);
+    const Choices& c = scene.choices;
+    std::string open = fmt::format("geometry {} cells {} reach {} photons {} degree {}", scene.geometry_hash,
+                                   c.cells, c.reach_photons, c.photons, c.degree);
     for (const Light& light : scene.lights)
         open += fmt::format(" {} samples {} boxes {}", light.name, light.choose_samples, light.choose_boxes);
     return open;

@@ -50,7 +50,7 @@ class CellChooser {
 
     CellChoice choose() {
         if (scene_.choices.cells && !scene_.grid.bounds) choose_bounds();
-        if (scene_.choices.cells && goal_.has_budget()) choose_reach();
+        if (scene_.choices.reach_photons && goal_.has_budget()) choose_reach();
         Scene scene = scene_;
         scene.grid = grid_;
         GridSearch search(std::move(scene), caster_, allowed_, held_out_, goal_.hoped_square(),
@@ -58,7 +58,8 @@ class CellChooser {
         if (scene_.choices.cells)
             choose_grid(search);
         else
-            choice_.grid = search.measure(make_grid(scene_).cell_size);
+            choice_.grid = search.measure_given();
+        choice_.cells = search.take_cells();
         if (scene_.choices.photons) choose_photons();
         return std::move(choice_);
     }
@@ -83,6 +84,7 @@ class CellChooser {
         const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_);
         grid_.reach_photons =
             std::clamp(std::bit_floor(affordable), kFewestReach, GridSettings{}.reach_photons);
+        choice_.settings.push_back({"reach_photons", std::to_string(grid_.reach_photons)});
     }
 
     void choose_grid(GridSearch& search) {
@@ -93,9 +95,7 @@ class CellChooser {
         choice_.grid = search.search(
             double(std::max({size.x, size.y, size.z})), first_cells(),
             [&](const GridFigures& f) { return grid_cost(f); }, go_on);
-        choice_.cells = search.take_cells();
         choice_.settings.push_back({"cell_size", fmt::format("{:.17g}", choice_.grid.cell_size)});
-        choice_.settings.push_back({"reach_photons", std::to_string(grid_.reach_photons)});
         log_info(fmt::format("chose cells of {:.3g} m: {}", choice_.grid.cell_size, grid_reason()));
     }
 

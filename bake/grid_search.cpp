@@ -37,9 +37,19 @@ GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilte
 
 const GridFigures& GridSearch::measure(double cell_size) {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
+    scene_.grid.resolution = CellSize{cell_size};
+    return measure_as_set(cell_size);
+}
+
+const GridFigures& GridSearch::measure_given() {
+    const GridFigures& figures = measure_as_set(make_grid(scene_).cell_size);
+    cells_ = std::move(measured_);
+    return figures;
+}
+
+const GridFigures& GridSearch::measure_as_set(double cell_size) {
     const Stopwatch watch;
     scene_.bake.photons = photons_for(cell_size);
-    scene_.grid.resolution = CellSize{cell_size};
     measured_ = find_cells(scene_, caster_, allowed_);
     held_out_.set_cells(scene_, caster_, measured_);
     const auto a = own_volumes(measured_, 1), b = own_volumes(measured_, 2);

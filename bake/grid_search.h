@@ -22,8 +22,8 @@ class GridSearch {
     // half for the first size. The arguments must outlive the search.
     GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
                double wanted, uint64_t first_photons);
-    // By size; measured once each.
-    const GridFigures& measure(double cell_size);
+    // Of the cells that the scene asks for.
+    const GridFigures& measure_given();
 
     // From so many cells along the longest side, finer or coarser as the cost falls, in steps of two and then
     // of sqrt(2). Costs may be infinite. `go_on` says whether there is time for another that will take so
@@ -31,10 +31,12 @@ class GridSearch {
     using Cost = std::function<double(const GridFigures&)>;
     GridFigures search(double longest_side, double first_cells, const Cost& cost,
                        const std::function<bool(double seconds)>& go_on);
-    // The cells of the size that the search found: as find_cells makes them. Once.
+    // The cells that were found or given, as find_cells makes them. Once.
     Cells take_cells() { return std::move(cells_); }
 
   private:
+    const GridFigures& measure(double cell_size);  // once each
+    const GridFigures& measure_as_set(double cell_size);
     const GridFigures& nearest(double cell_size) const;  // of those measured
     double least_square(double cell_size) const;
     // The best that a size can be, as far as is known.

@@ -2,6 +2,7 @@
 #include "bake/open_parts.h"
 
 #include <algorithm>
+#include <bitset>
 #include <numeric>
 #include <span>
 
@@ -11,15 +12,14 @@
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.002f;  // cells
-constexpr int kPackets = 4;
+constexpr float kLift = 0.002f;   // cells
 constexpr float kSmall = 0.125f;  // cells: fragments no larger are open or closed nearly as a whole
-constexpr int kPlacesOfSmall = 2;
 constexpr int kWitnesses = 8;
 constexpr int kSpreads = 3;                // times that open places vouch for others
 constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
 constexpr float kCover = 0.5f;             // what hangs lower may cover a place; of the way looked around
-constexpr int kSpeaksFor = 4;              // places below something, of which one is tested
+constexpr int kCoverRays = 16, kCoverRaysAtOnce = 4;
+constexpr int kSpeaksFor = 4;       // places below something, of which one is tested
 constexpr double kLitShare = 0.25;  // of the mean irradiance: what gets more is lit, say a lamp's housing
 
 float longest(const Box3& box) {
@@ -27,23 +27,59 @@ float longest(const Box3& box) {
     return std::max({size.x, size.y, size.z});
 }
 
+// Of a fragment: the first packet decides alone where all of it is open.
+struct Tests {
+    int places_at_once, packets;
+};
+constexpr Tests kTestsOfLarge{8, 8}, kTestsOfSmall{2, 4};
+
+using Lanes = std::bitset<RayPacket::kSize>;
+
+// What light does not pass: all but glass.
+class Blockers {
+  public:
+    Blockers(const Scene& scene, const RayCaster& rays)
+        : caster(rays), scene_(scene), glass_(std::ranges::any_of(scene.materials, &Material::glass)) {}
+
+    const RayCaster& caster;
+
+    Lanes blocked(const RayPacket& rays) const {
+        HitPacket packet;
+        packet.rays = rays;
+        Lanes blocked;
+        glass_ ? caster.intersect(packet) : caster.occluded(packet.rays);
+        for (int lane = 0; lane < RayPacket::kSize; ++lane)
+            blocked[std::size_t(lane)] = !(rays.length[lane] < 0) &&
+                                         (glass_ ? hits_solid(packet, lane) : packet.rays.length[lane] < 0);
+        return blocked;
+    }
+
+  private:
+    bool hits_solid(const HitPacket& packet, int lane) const {
+        if (!packet.is_hit(lane)) return false;
+        const Triangle& hit = scene_.geometry.triangles[packet.triangle[lane]];
+        return !scene_.materials[hit.material].glass;
+    }
+
+    const Scene& scene_;
+    bool glass_;
+};
+
 class Opening {
   public:
     // `around`, m: what closes a place in does so within that.
-    Opening(const Scene& scene, const RayCaster& caster, const CellGrid& grid, float around,
+    Opening(const Geometry& geometry, const Blockers& blockers, const CellGrid& grid, float around,
             const Fragment& fragment)
-        : plane(scene.geometry, fragment),
-          places_at_once(longest(fragment.box) > kSmall * float(grid.cell_size) ? RayPacket::kSize
-                                                                                : kPlacesOfSmall),
-          scene_(scene),
-          caster_(caster),
+        : plane(geometry, fragment),
+          tests(longest(fragment.box) > kSmall * float(grid.cell_size) ? kTestsOfLarge : kTestsOfSmall),
+          blockers_(blockers),
           around_(around) {
         up_ = fragment.key.place % 2 ? -plane.normal() : plane.normal();
-        lift_ = up_ * std::max(kLift * float(grid.cell_size), 4 * caster.surface_offset());
+        lift_ = up_ * std::max(kLift * float(grid.cell_size), 4 * blockers.caster.surface_offset());
     }
 
     const FragmentPlane plane;
-    const int places_at_once;
+    const Tests tests;
 
     // Those that see one of the witnesses, or one of these in turn, all where there is no witness; but none
     // that is covered.
@@ -62,37 +98,36 @@ class Opening {
   private:
     template <class WitnessOf>
     void look(const std::vector<Vec3>& places, std::vector<bool>& open, WitnessOf witness_of) const {
-        HitPacket packet;
-        bool any = false;
+        RayPacket packet;
+        Lanes looking;
         for (std::size_t i = 0; i < places.size(); ++i) {
             const Vec3* witness = open[i] ? nullptr : witness_of(i);
             if (!witness) continue;
-            packet.rays.set(int(i), places[i] + lift_, *witness - places[i], 1);
-            any = true;
+            packet.set(int(i), places[i] + lift_, *witness - places[i], 1);
+            looking[i] = true;
         }
-        if (!any) return;
-        const RayPacket looked = packet.rays;
-        caster_.intersect(packet);
+        if (looking.none()) return;
+        const Lanes blocked = blockers_.blocked(packet);
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (!(looked.length[i] < 0) && !is_blocked(packet, int(i))) open[i] = true;
+            if (looking[i] && !blocked[i]) open[i] = true;
     }
 
     // A sheet of paper before a board lets lines pass behind it, but hardly any light; nor does a tube let
     // any in. Of places with something close above, one in kSpeaksFor is tested and speaks for those around
     // it.
     void close_covered(const std::vector<Vec3>& places, std::vector<bool>& open) const {
-        HitPacket above;
+        RayPacket upwards;
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (open[i])
-                above.rays.set(int(i), places[i] + up_ * caster_.surface_offset(), up_, kCover * around_);
-        caster_.intersect(above);
+            if (open[i]) upwards.set(int(i), from(places[i]), up_, kCover * around_);
+        const Lanes below_something = blockers_.blocked(upwards);
+        if (below_something.none()) return;
         std::vector<bool> covered(places.size(), false), free(places.size(), false);
         int below = 0;
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (open[i] && is_blocked(above, int(i)) && below++ % kSpeaksFor == 0)
+            if (below_something[i] && below++ % kSpeaksFor == 0)
                 (is_covered(places[i]) ? covered : free)[i] = true;
         for (std::size_t i = 0; i < places.size(); ++i) {
-            if (!open[i] || !is_blocked(above, int(i))) continue;
+            if (!below_something[i]) continue;
             const Vec3 *in = nearest(places, covered, places[i]), *out = nearest(places, free, places[i]);
             open[i] = !in || (out && (*out - places[i]).length2() < (*in - places[i]).length2());
         }
@@ -100,23 +135,19 @@ class Opening {
 
     bool is_covered(const Vec3& place) const {
         const Frame frame(up_);
-        HitPacket packet;
-        for (int lane = 0; lane < RayPacket::kSize; ++lane) {
-            const Imath::V2d share = golden_place(lane);
-            const Vec3 towards = frame.to_world(sample_cosine_hemisphere(float(share.x), float(share.y)));
-            packet.rays.set(lane, place + up_ * caster_.surface_offset(), towards, around_);
+        for (int first = 0; first < kCoverRays; first += kCoverRaysAtOnce) {
+            RayPacket packet;
+            for (int lane = 0; lane < kCoverRaysAtOnce; ++lane) {
+                const Imath::V2d share = golden_place(first + lane);
+                const Vec3 towards = frame.to_world(sample_cosine_hemisphere(float(share.x), float(share.y)));
+                packet.set(lane, from(place), towards, around_);
+            }
+            if (blockers_.blocked(packet).count() < kCoverRaysAtOnce) return false;
         }
-        caster_.intersect(packet);
-        for (int lane = 0; lane < RayPacket::kSize; ++lane)
-            if (!is_blocked(packet, lane)) return false;
         return true;
     }
 
-    bool is_blocked(const HitPacket& packet, int lane) const {
-        if (!packet.is_hit(lane)) return false;
-        const Triangle& hit = scene_.geometry.triangles[packet.triangle[lane]];
-        return !scene_.materials[hit.material].glass;
-    }
+    Vec3 from(const Vec3& place) const { return place + up_ * blockers_.caster.surface_offset(); }
 
     static const Vec3* nearest(const std::vector<Vec3>& places, const std::vector<bool>& open,
                                const Vec3& to) {
@@ -127,8 +158,7 @@ class Opening {
         return found;
     }
 
-    const Scene& scene_;
-    const RayCaster& caster_;
+    const Blockers& blockers_;
     Vec3 up_, lift_;
     float around_;
 };
@@ -170,8 +200,8 @@ struct OpenPart {
 OpenPart open_part(const Opening& opening, const std::vector<Vec3>& witnesses) {
     OpenPart part;
     std::size_t all = 0;
-    for (int packet = 0; packet < kPackets; ++packet) {
-        const std::vector<Vec3> places = opening.plane.places(packet, opening.places_at_once);
+    for (int packet = 0; packet < opening.tests.packets; ++packet) {
+        const std::vector<Vec3> places = opening.plane.places(packet, opening.tests.places_at_once);
         const std::vector<bool> open = opening.open(places, witnesses);
         for (std::size_t i = 0; i < places.size(); ++i)
             if (open[i]) part.places.push_back(places[i]);
@@ -196,6 +226,7 @@ double mean_hits_of(const std::vector<Fragment>& fragments, const Reach& reach) 
 std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCaster& caster,
                                                const CellGrid& grid, std::vector<Fragment>& fragments,
                                                Reach& reach) {
+    const Blockers blockers(scene, caster);
     std::vector<OpenPart> parts(fragments.size());
     const double mean_hits = mean_hits_of(fragments, reach);
     const float around = std::min(float(grid.cell_size), kMostOfScene * longest(bounds(scene.geometry)));
@@ -203,7 +234,7 @@ std::vector<std::vector<Vec3>> keep_open_parts(const Scene& scene, const RayCast
     parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
         for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f) {
             if (reach.dark[f]) continue;
-            const Opening opening(scene, caster, grid, around, fragments[f]);
+            const Opening opening(scene.geometry, blockers, grid, around, fragments[f]);
             if (opening.plane.is_degenerate()) continue;
             std::vector<Vec3> witnesses = witnesses_of(f, fragments, reach);
             for (Vec3& w : witnesses) w = opening.plane.flat(w);

@@ -25,7 +25,12 @@ class SightFinder {
     SightFinder(const Scene& scene, const RayCaster& caster, const Cells& cells,
                 const std::vector<Fragment>& fragments)
         : caster_(caster), cells_(cells), places_(cells.patches.size()), all_(cells.patches.size()) {
-        for (const Fragment& f : fragments) add(scene, f);
+        std::vector<Vec3> above(fragments.size());
+        parallel_for((fragments.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+            for (std::size_t f = block * kBlock; f < std::min(fragments.size(), (block + 1) * kBlock); ++f)
+                above[f] = lifted_centre(scene, caster, cells.grid, fragments[f]);
+        });
+        for (std::size_t f = 0; f < fragments.size(); ++f) add(fragments[f], above[f]);
         for (std::size_t p = 0; p < places_.size(); ++p)
             for (const PartPlace& place : places_[p]) all_[p].add(place.position, place.area);
     }
@@ -48,11 +53,10 @@ class SightFinder {
     }
 
   private:
-    void add(const Scene& scene, const Fragment& f) {
+    void add(const Fragment& f, const Vec3& above) {
         const Index3 cell = cell_of(cells_.grid, f.key);
         const auto* own = cells_.index.find_cell(cell);
         if (!own) return;
-        const Vec3 above = lifted_centre(scene, caster_, cells_.grid, f);
         const Vec3 from_centre(Vec3d(f.centre) - cells_.grid.centre(cell));
         const int fine = f.key.place / 2;  // z fastest
         const int part = fine >> 4 | (fine >> 2 & 3) << 2 | (fine & 3) << 4;
@@ -79,11 +83,16 @@ class SightFinder {
         for (int i = 0; i < 54; ++i) {
             const int other = patch_around(patch, i);
             if (other < int(patch) || all_[patch].empty() || all_[std::size_t(other)].empty()) continue;
-            const int free = free_segments(all_[patch], all_[std::size_t(other)], 0) +
-                             free_segments(all_[patch], all_[std::size_t(other)], 1);
-            seen[std::size_t(i)] = free == 2 * kLanes ? Seen::all : free == 0 ? Seen::none : Seen::some;
+            seen[std::size_t(i)] = seen_of(all_[patch], all_[std::size_t(other)]);
         }
         return seen;
+    }
+
+    Seen seen_of(const Places& from, const Places& to) const {
+        const int free = free_segments(from, to, 0);
+        if (free != 0 && free != kLanes) return Seen::some;
+        if (free_segments(from, to, 1) != free) return Seen::some;
+        return free == 0 ? Seen::none : Seen::all;
     }
 
     struct Around {
@@ -125,7 +134,10 @@ class SightFinder {
     }
 
     bool sees(const Places& from, const Places& to) const {
-        int free = free_segments(from, to, 0);
+        const RayPacket packet = lines_between(from, to, 0);
+        int free = free_of(packet, 0, kLanes / 2);
+        if (free == 0 || free == kLanes / 2) return free > 0;
+        free += free_of(packet, kLanes / 2, kLanes);
         if (free < kClear || free > kLanes - kClear) return 2 * free >= kLanes;
         free += free_segments(from, to, 1);
         return free >= kLanes;
@@ -133,10 +145,15 @@ class SightFinder {
 
     // Of kLanes segments.
     int free_segments(const Places& from, const Places& to, int packet_number) const {
-        RayPacket packet = lines_between(from, to, packet_number);
+        return free_of(lines_between(from, to, packet_number), 0, kLanes);
+    }
+
+    int free_of(RayPacket packet, int first, int last) const {
+        for (int lane = 0; lane < kLanes; ++lane)
+            if (lane < first || lane >= last) packet.length[lane] = -1;
         caster_.occluded(packet);
         int free = 0;
-        for (int lane = 0; lane < kLanes; ++lane) free += !(packet.length[lane] < 0);
+        for (int lane = first; lane < last; ++lane) free += !(packet.length[lane] < 0);
         return free;
     }
 

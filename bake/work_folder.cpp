@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Counts up when the same settings give other volumes than before, so that old ones are not mixed in.
-constexpr int kTracerVersion = 7;
+constexpr int kTracerVersion = 8;
 
 std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
 

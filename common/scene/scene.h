@@ -56,7 +56,7 @@ struct BakeSettings {
 
 // What the bake is to choose by itself, and how far it is to go.
 struct Choices {
-    bool cells = false, photons = false, degree = false;
+    bool cells = false, reach_photons = false, photons = false, degree = false;
     std::optional<double> target_error;  // relrmse, as `bake evaluate` measures it
     std::optional<double> time_budget;   // s
 };

@@ -259,8 +259,10 @@ class DescriptionReader {
         if (table.has("bounds")) grid.bounds = to_box(table.table("bounds"), scene_.geometry);
         grid.facings = table.flag("facings", true);
         grid.estimator = Estimator(table.choice("estimator", {"area", "sphere"}));
-        grid.reach_photons =
-            uint64_t(table.integer("reach_photons", int64_t(grid.reach_photons), 1 << 16, int64_t{1} << 40));
+        scene_.choices.reach_photons = is_free(table, "reach_photons");
+        if (!scene_.choices.reach_photons)
+            grid.reach_photons = uint64_t(
+                table.integer("reach_photons", int64_t(grid.reach_photons), 1 << 16, int64_t{1} << 40));
         if (table.has("radius")) grid.radius = table.number("radius", 1, 1e-12, 1e12);
         table.refuse_unknown();
     }
