@@ -16,7 +16,7 @@
 namespace pim {
 namespace {
 
-constexpr uint64_t kFirstPhotons = uint64_t{1} << 20;
+constexpr uint64_t kFirstPhotons = uint64_t{1} << 17;
 constexpr uint64_t kPhotonBlock = 4096;
 constexpr int kFarEnough = 32;  // surfaces: by then a photon has seen what it will, also between white walls
 constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled when a doubling moves less
