@@ -16,24 +16,31 @@ namespace pim {
 namespace {
 
 constexpr double kReferenceShare = 0.1;     // of a time budget that the held-out paths take
+constexpr double kPathsFirst = 64;          // per pixel, before there are more pixels
+constexpr double kFewestPixels = 0.125;     // of those that a long bake takes
 constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the trial
 
-// More paths for a smaller error, or as many as the time allows.
+// More paths for a smaller error, or as many as the time allows. The reference's noise counts with its
+// square: first come paths, then pixels.
 HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_seconds) {
     HeldOut::Size size;
+    // Lamps' images in mirrors cost a position as much as many pixels.
+    const bool dear = point_lamps_meet_specular(scene);
+    if (dear) size.positions /= 2, size.pixels *= 2;
     if (goal.target() > 0)
         size.paths = int(std::clamp(256 * std::pow(0.02 / goal.target(), 2), 32.0, 4096.0));
     if (!goal.has_budget()) return size;
-    const double all = std::min(4e6, 6e4 * goal.budget());
-    // Lamps' images in mirrors cost a position as much as many pixels.
-    if (all < 1e6) (point_lamps_meet_specular(scene) ? size.positions : size.pixels) /= 2;
-    const double seconds = photon_seconds * reference_photons(scene, {.lights = size.positions,
-                                                                      .pixels = size.pixels,
-                                                                      .paths = 1,
-                                                                      .geometry = {}});  // of one path
-    const double paths =
-        std::min(all / (size.positions * size.pixels), kReferenceShare * goal.budget() / seconds);
-    size.paths = std::max(16, int(paths) / 2 * 2);
+    const double all = std::min(4e6, 1e5 * goal.budget());
+    if (dear && all < 1.7e6) size.positions /= 2;
+    const auto affordable = [&] {  // paths per pixel
+        const double seconds =
+            photon_seconds *
+            reference_photons(scene,
+                              {.lights = size.positions, .pixels = size.pixels, .paths = 1, .geometry = {}});
+        return std::min(all / (size.positions * size.pixels), kReferenceShare * goal.budget() / seconds);
+    };
+    if (!dear) size.pixels = int(size.pixels * std::clamp(affordable() / kPathsFirst, kFewestPixels, 1.0));
+    size.paths = std::max(16, int(affordable()) / 2 * 2);
     return size;
 }
 

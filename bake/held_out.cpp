@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "common/core/sampling.h"
@@ -39,6 +40,14 @@ std::vector<std::vector<LightState>> spread_lamps(const Scene& scene, const Soli
         }
     }
     return lamps;
+}
+
+// Mean of what a square can be that was measured with normal error `doubt`: below zero it cannot.
+double not_negative(double measured, double doubt) {
+    if (!(doubt > 0)) return std::max(0.0, measured);
+    const double t = std::max(-30.0, measured / doubt);
+    const double density = std::exp(-0.5 * t * t) / std::sqrt(2 * std::numbers::pi);
+    return doubt * (t + density / (0.5 * std::erfc(-t / std::numbers::sqrt2)));
 }
 
 // Diffuse surfaces that a ray sees, with the radiance that irradiance 1 there would send along it.
@@ -211,6 +220,7 @@ HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
         }
         const double scatter = n > 1 ? std::max(0.0, squares - mean * mean) * n / (n - 1) : 0;
         const double doubt = std::sqrt(scatter / n);  // of the mean
+        mean = not_negative(mean, doubt);
         if (mean > 0) {
             const double between = std::clamp((scatter - within) / (mean * mean), 0.0, kMostScatter);
             error.relrmse += std::sqrt(mean) * std::pow(1 + between, -0.125) / double(cameras);

@@ -31,7 +31,8 @@ const std::string kCornell = std::string(PIM_DATA) + "/cornell/cornell.glb";
 
 // A small bake of the Cornell box; `extra` goes to the end, `grid` into [grid].
 std::string description(const std::string& name, const std::string& extra = "",
-                        const std::string& geometry = kCornell, const std::string& grid = "cells = 12\nreach_photons = 262144") {
+                        const std::string& geometry = kCornell,
+                        const std::string& grid = "cells = 12\nreach_photons = 262144") {
     const fs::path path = test_folder() / (name + ".toml");
     std::ofstream(path) << "[scene]\ngeometry = \"" << geometry << "\"\n[grid]\n"
                         << grid << "\n[bake]\nphotons = 3000\ncomponents = [\"direct\", \"indirect\"]\n"
@@ -238,6 +239,22 @@ TEST(EndToEnd, ABakeForATime) {
     const Outcome longer = run("bake run " + scene + " --time-budget 5s -o " + map);
     ASSERT_EQ(longer.code, 0) << longer.text;
     EXPECT_NE(longer.text.find("were chosen before"), std::string::npos) << longer.text;
+}
+
+// With cells that are given, light's reach is still looked for within the time, and they are found once.
+TEST(EndToEnd, ABakeForATimeWithGivenCells) {
+    const std::string scene = bare_description("given"), map = map_path("given");
+    const auto reach_with = [&](const std::string& settings) {
+        const Outcome made =
+            run("bake run " + scene + " --overwrite --time-budget 3s --set cells=10 -o " + map + settings);
+        EXPECT_EQ(made.code, 0) << made.text;
+        const std::string text = run("bake info " + map + " --description").text;
+        EXPECT_NE(text.find("cells = 10\n"), std::string::npos) << text;
+        const std::size_t at = text.find("reach_photons = ");
+        return at == std::string::npos ? 0 : std::stol(text.substr(at + 16));
+    };
+    EXPECT_EQ(reach_with(""), 1 << 20);
+    EXPECT_EQ(reach_with(" --set reach_photons=65536"), 65536);
 }
 
 TEST(EndToEnd, ABakeOverwritesNothingButMaps) {

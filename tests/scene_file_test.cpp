@@ -170,12 +170,17 @@ TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
         read(kScene + kLight + roams + "boxes = [2, 1, 1]\n[bake]\ntarget_error = 0.05\nphotons = 700\n");
     EXPECT_EQ(aimed.choices.target_error, 0.05);
     EXPECT_TRUE(aimed.choices.cells && aimed.choices.degree && aimed.lights[0].choose_samples);
+    EXPECT_TRUE(aimed.choices.reach_photons);
     EXPECT_FALSE(aimed.choices.photons || aimed.lights[0].choose_boxes);
     EXPECT_EQ(aimed.bake.photons, 700u);
     const Scene single = read(kScene + kLight + roams + "samples = \"auto\"\n[grid]\ncells = 20\n");
     EXPECT_TRUE(single.lights[0].choose_samples);
     EXPECT_FALSE(single.lights[0].choose_boxes || single.choices.cells || single.choices.photons);
     EXPECT_EQ(read(kScene + kLight + "[bake]\ntime_budget = \"2.5m\"\n").choices.time_budget, 150.0);
+    const Scene timed =
+        read(kScene + kLight + "[bake]\ntime_budget = \"5s\"\n[grid]\nreach_photons = 70000\n");
+    EXPECT_FALSE(timed.choices.reach_photons);
+    EXPECT_EQ(timed.grid.reach_photons, 70000u);
     const Scene groups =
         read(kScene + kLight + roams +
              "samples = [{ boxes = [1,1,1], count = 9 }, { boxes = [2,1,1], count = 5 }]\n[bake]\n");

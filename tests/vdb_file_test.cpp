@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "common/core/error.h"
+#include "common/core/parallel.h"
 #include "temporary_folder.h"
 
 namespace pim {
@@ -24,8 +25,9 @@ VdbMetadata test_metadata() {
             {"vector", Vec3d(1, 2, 3)}};
 }
 
-void write_test_file(const std::filesystem::path& path) {
-    VdbWriter writer(path, test_metadata(), {{1, 2, 3}, 0.25}, 2);
+void write_test_file(const std::filesystem::path& path,
+                     std::shared_ptr<VdbTrees> trees = std::make_shared<VdbTrees>()) {
+    VdbWriter writer(path, test_metadata(), {{1, 2, 3}, 0.25}, 2, std::move(trees));
     writer.add("area/px", kCells, kFloats, 1);
     writer.add("lamp/b0/a19", kCells, kVectors, 3);
     writer.finish();
@@ -86,6 +88,24 @@ TEST(VdbFile, SameContentSameBytes) {
     writer.finish();
     EXPECT_NE(bytes_of(folder / "a.vdb").substr(21, 36),
               bytes_of(folder / "c.vdb").substr(21, 36));  // the identifier
+}
+
+// Of the same cells with other values, of a part of them, and several at once.
+TEST(VdbFile, TreesThatAreFilledAnewHoldOnlyWhatIsNew) {
+    const TemporaryFolder folder;
+    const auto trees = std::make_shared<VdbTrees>();
+    {
+        VdbWriter writer(folder / "other.vdb", {}, {{9, 9, 9}, 2}, 3, trees);
+        writer.add("other", kCells, {7, 7, 7, 7}, 1);
+        writer.add("others", kCells, std::vector<float>(12, 8), 3);
+        writer.add("fewer", {kCells[1]}, {6}, 1);
+        writer.finish();
+    }
+    const auto name = [&](std::size_t i) { return folder / (std::to_string(i) + ".vdb"); };
+    parallel_for(20, [&](std::size_t i) { write_test_file(name(i), trees); });
+    write_test_file(folder / "alone.vdb");
+    for (std::size_t i = 0; i < 20; ++i) EXPECT_EQ(bytes_of(name(i)), bytes_of(folder / "alone.vdb"));
+    EXPECT_EQ(VdbReader(folder / "other.vdb").active_cells("fewer"), std::vector<Index3>{kCells[1]});
 }
 
 TEST(VdbFile, MissingGridsAndKeysAreNamed) {
