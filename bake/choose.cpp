@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kReferenceShare = 0.1;     // of a time budget that the held-out paths take
 constexpr double kPathsFirst = 64;          // per pixel, before there are more pixels
-constexpr double kFewestPixels = 0.125;     // of those that a long bake takes
+constexpr double kFewestPixels = 0.0625;    // of those that a long bake takes
 constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the trial
 
 // More paths for a smaller error, or as many as the time allows. The reference's noise counts with its
@@ -26,7 +26,7 @@ HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_
     HeldOut::Size size;
     // Lamps' images in mirrors cost a position as much as many pixels.
     const bool dear = point_lamps_meet_specular(scene);
-    if (dear) size.positions /= 2, size.pixels *= 2;
+    if (dear) size.positions /= 2;
     if (goal.target() > 0)
         size.paths = int(std::clamp(256 * std::pow(0.02 / goal.target(), 2), 32.0, 4096.0));
     if (!goal.has_budget()) return size;

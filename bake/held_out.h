@@ -12,7 +12,7 @@ class HeldOut {
   public:
     struct Size {
         int positions = 64;  // lamp positions, spread evenly over the domains, outside solids
-        int pixels = 250;    // per position
+        int pixels = 500;    // per position
         int paths = 256;     // per pixel
     };
     HeldOut(const Scene& scene, const RayCaster& caster, const Solids& solids, const Size& size);
