@@ -31,7 +31,7 @@ float longest(const Box3& box) {
 struct Tests {
     int places_at_once, packets;
 };
-constexpr Tests kTestsOfLarge{8, 8}, kTestsOfSmall{2, 4};
+constexpr Tests kTestsOfLarge{RayPacket::kSize, 4}, kTestsOfSmall{2, 4};
 
 using Lanes = std::bitset<RayPacket::kSize>;
 

@@ -17,6 +17,7 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kFirstPhotons = uint64_t{1} << 17;
+constexpr uint64_t kFirstShare = 8;  // one in so many of those that may look, if that is more
 constexpr uint64_t kPhotonBlock = 4096;
 constexpr int kFarEnough = 32;  // surfaces: by then a photon has seen what it will, also between white walls
 constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled when a doubling moves less
@@ -80,7 +81,8 @@ class Pass {
         for (const Fragment& f : fragments_) area += f.area;
         Reach reach;
         const uint64_t few = std::max<uint64_t>(1, most_photons / kPhotonBlock) * kPhotonBlock;
-        for (uint64_t until = std::min(kFirstPhotons, few);; until *= 2) {
+        const uint64_t first = few / kFirstShare / kPhotonBlock * kPhotonBlock;
+        for (uint64_t until = std::min(few, std::max(first, kFirstPhotons));; until *= 2) {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
             open_.assign(table_.cell_count(), 0.0);
