@@ -22,7 +22,8 @@ constexpr double kPositionsPerTerm = 3.2;       // in the first round
 constexpr int kRounds = 4;               // of doubling, about, that the photons per position are planned for
 constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
 constexpr double kReadSeconds = 6e-7;    // ... more, where volumes must be read from their files
-constexpr double kMendSeconds = 5e-5;    // ... per box and patch
+constexpr double kBoxSeconds = 4e-6;     // ... per box and patch
+constexpr double kMendSeconds = 1.5e-3;  // ... of which all would have to be mended
 constexpr double kWriteSeconds = 3e-7;   // ... per box, patch and term
 constexpr double kMeasuresOfARound = 3;  // fits that are tried, in times that one measure takes
 constexpr int kMostBoxes = 16;           // per axis
@@ -181,7 +182,9 @@ class LampChooser {
         double boxes = 0;
         for (const Light& light : lights_) boxes += count_of(light.boxes);
         return open_seconds_ + 0.3 + patches * positions * read_seconds(patches * positions) +
-               patches * boxes * (kMendSeconds + kWriteSeconds * terms_of_cubic(scene_));
+               patches * boxes *
+                   (kBoxSeconds + kMendSeconds * figures_.below_zero +
+                    kWriteSeconds * terms_of_cubic(scene_));
     }
 
     double patch_count() const { return double(tracing_->cells().patches.size()); }

@@ -11,6 +11,7 @@ namespace pim {
 
 using Extended = long double;
 using ExtendedMatrix = Eigen::Matrix<Extended, Eigen::Dynamic, Eigen::Dynamic>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using ExtendedVector = Eigen::Matrix<Extended, Eigen::Dynamic, 1>;
 
 // Columns whose part orthogonal to the columns before them is below this share of their length are dropped:

@@ -173,7 +173,7 @@ SignMender::SignMender(const Eigen::MatrixXd& solve, const std::vector<int>& ter
         mean(r) = mean_over_box(cubic(one));
     }
     moves_ = values_ - values_ * mean.transpose() * mean / mean.squaredNorm();
-    influence_ = moves_ * moves_.transpose();
+    influence_ = moves_.rowwise().squaredNorm();
 }
 
 Cubic SignMender::cubic(const Eigen::RowVectorXd& orthonormal) const {
@@ -185,28 +185,29 @@ Cubic SignMender::cubic(const Eigen::RowVectorXd& orthonormal) const {
 }
 
 void SignMender::lift(Eigen::Ref<Eigen::RowVectorXd> orthonormal) const {
-    const Eigen::VectorXd before = values_ * orthonormal.transpose();
     const double enough = -kCloseEnough * orthonormal(0) / constant_;
     std::vector<Eigen::Index> points;  // that were below zero at some time: few of all
-    Eigen::VectorXd value = before, push;
-    for (int round = 0; round < kMostRounds && value.minCoeff() < enough; ++round) {
+    std::vector<double> pushes;        // along moves_, of each of them
+    const auto known = [&](Eigen::Index i) { return std::ranges::find(points, i) != points.end(); };
+    for (int round = 0; round < kMostRounds; ++round) {
+        const Eigen::VectorXd value = values_ * orthonormal.transpose();
+        if (value.minCoeff() >= enough) return;
         for (Eigen::Index i = 0; i < value.size(); ++i)
-            if (value(i) < 0 && influence_(i, i) > 0 && std::ranges::find(points, i) == points.end())
-                points.push_back(i);
-        const auto count = Eigen::Index(points.size());
-        push.conservativeResizeLike(Eigen::VectorXd::Zero(count));
-        const Eigen::MatrixXd influence = influence_(points, points);
-        Eigen::VectorXd own = value(points);
-        for (int sweep = 0; sweep < kSweeps && own.minCoeff() < enough; ++sweep)
-            for (Eigen::Index i = 0; i < count; ++i) {
-                const double step = std::max(-push(i), -own(i) / influence(i, i));
+            if (value(i) < 0 && influence_(i) > 0 && !known(i)) points.push_back(i);
+        pushes.resize(points.size(), 0);
+        double least = -1;
+        for (int sweep = 0; sweep < kSweeps && least < enough; ++sweep) {
+            least = 0;
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                const double own = values_.row(points[k]).dot(orthonormal);
+                least = std::min(least, own);
+                const double step = std::max(-pushes[k], -own / influence_(points[k]));
                 if (step == 0) continue;
-                push(i) += step;
-                own += step * influence.col(i);
+                pushes[k] += step;
+                orthonormal += step * moves_.row(points[k]);
             }
-        value = before + influence_(Eigen::all, points) * push;
+        }
     }
-    if (!points.empty()) orthonormal += push.transpose() * moves_(points, Eigen::all);
 }
 
 uint8_t SignMender::mend(Cubic& cubic, Eigen::Ref<Eigen::RowVectorXd> orthonormal) const {

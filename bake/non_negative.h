@@ -2,10 +2,10 @@
 // Cubics that never go below zero in their box: irradiance does not.
 #pragma once
 
-#include <Eigen/Dense>
 #include <array>
 #include <cstdint>
 
+#include "bake/least_squares.h"
 #include "common/map/polynomial.h"
 
 namespace pim {
@@ -45,9 +45,9 @@ class SignMender {
     Eigen::MatrixXd solve_;
     std::vector<int> terms_;
     double constant_;            // sqrt(samples): of the orthonormal term that is 1
-    Eigen::MatrixXd values_;     // point × rank: of the orthonormal terms
-    Eigen::MatrixXd moves_;      // likewise, without what changes the mean
-    Eigen::MatrixXd influence_;  // point × point: on values, of a step along moves_
+    RowMatrix values_;           // point × rank: of the orthonormal terms
+    RowMatrix moves_;            // likewise, without what changes the mean
+    Eigen::VectorXd influence_;  // [point] on its own value, of a step along moves_
 };
 
 }  // namespace pim

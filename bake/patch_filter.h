@@ -4,12 +4,12 @@
 // and noise filtering by use of local statistics, 1980), with variances pooled over a neighbourhood.
 #pragma once
 
-#include <Eigen/Dense>
 #include <array>
 #include <span>
 #include <vector>
 
 #include "bake/cells.h"
+#include "bake/least_squares.h"
 
 namespace pim {
 
@@ -46,7 +46,6 @@ class Neighbourhoods {
 };
 
 inline constexpr int kDegrees = 4;  // 0 to 3
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Coefficients of orthonormal terms and the variance of their noise.
 struct NoisyCoefficients {

@@ -170,25 +170,34 @@ class Pass {
         }
     }
 
+    struct Member {
+        uint8_t facing;
+        uint64_t in_union;
+        std::size_t fragment;
+        auto operator<=>(const Member&) const = default;
+        bool is_beside(const Member& m) const { return facing == m.facing && in_union == m.in_union; }
+    };
+
     void judge_cell(std::size_t cell) {
         const std::size_t begin = table_.begin_of(cell), end = table_.end_of(cell);
         std::array<double, kFacingCount> hits{}, area{};
-        std::vector<std::size_t> order;  // those not dark yet
+        std::vector<std::size_t> open;  // those not dark before
         for (std::size_t f = begin; f < end; ++f) {
             if (dark_[f]) continue;
             hits[facing_[f]] += hits_[f];
             area[facing_[f]] += fragments_[f].area;
-            order.push_back(f);
+            open.push_back(f);
         }
+        std::vector<Member> members;
         for (int level = 0; level < kLevels; ++level) {
-            const auto group = [&](std::size_t f) { return std::pair(facing_[f], union_of(f, level)); };
-            std::ranges::sort(order, {}, [&](std::size_t f) { return std::pair(group(f), f); });
-            for (std::size_t i = 0; i < order.size();) {
-                std::size_t j = i;
-                while (j < order.size() && group(order[j]) == group(order[i])) ++j;
-                const int facing = facing_[order[i]];
-                judge_union(std::span(order).subspan(i, j - i), hits[facing], area[facing]);
-                i = j;
+            members.clear();
+            for (const std::size_t f : open) members.push_back({facing_[f], union_of(f, level), f});
+            std::ranges::sort(members);
+            for (auto first = members.begin(); first != members.end();) {
+                const auto last = std::find_if_not(first, members.end(),
+                                                   [&](const Member& m) { return m.is_beside(*first); });
+                judge_union({first, last}, hits[first->facing], area[first->facing]);
+                first = last;
             }
         }
         for (std::size_t f = begin; f < end; ++f)
@@ -198,9 +207,9 @@ class Pass {
 
     // Given n hits in the cell, those on the union are binomial; at the border of darkness each falls on it
     // with probability p.
-    void judge_union(std::span<const std::size_t> fragments, double n, double whole_area) {
+    void judge_union(std::span<const Member> members, double n, double whole_area) {
         double own = 0, area = 0;
-        for (const std::size_t f : fragments) own += hits_[f], area += fragments_[f].area;
+        for (const Member& m : members) own += hits_[m.fragment], area += fragments_[m.fragment].area;
         const double rest = whole_area - area;
         if (own >= n || rest <= 1e-6 * whole_area)
             return;  // nothing brighter in the cell: nothing to leave out
@@ -208,7 +217,7 @@ class Pass {
         if (!(own < n * p)) return;
         const FloatTraps library(FloatTraps::off);
         if (boost::math::ibetac(own + 1, n - own, p) < kDoubt)  // P(X <= own)
-            for (const std::size_t f : fragments) dark_[f] = 1;
+            for (const Member& m : members) dark_[m.fragment] = 1;
     }
 
     const Scene& scene_;

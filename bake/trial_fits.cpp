@@ -148,6 +148,17 @@ double TrialFits::noise(std::size_t light) const {
     return sum * (kGroups - 1) / (kGroups * kGroups);
 }
 
+double TrialFits::below_zero() const {
+    std::size_t below = 0, all = 0;
+    for (const Lamp& lamp : lamps_)
+        for (const HeldOut::Values& values : lamp.whole) {
+            all += 3 * values.size();
+            for (const Rgb& value : values)
+                for (int c = 0; c < 3; ++c) below += value[c] < 0;
+        }
+    return double(below) / double(std::max<std::size_t>(1, all));
+}
+
 void TrialFits::add_figures(const AtPositions& all, TrialFigures& figures) const {
     figures.square = held_out_.square(all, all);
     figures.error = held_out_.error(all);
@@ -163,6 +174,7 @@ TrialFigures TrialFits::measure(const std::vector<Light>& lights, int degree) {
     TrialFigures figures;
     add_figures(total(lamps_.size(), {}), figures);
     for (std::size_t l = 0; l < lamps_.size(); ++l) figures.noise.push_back(noise(l));
+    figures.below_zero = below_zero();
     measured_ = figures;
     return figures;
 }

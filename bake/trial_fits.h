@@ -15,6 +15,7 @@ struct TrialFigures {
     double square = 0;          // all of it
     std::vector<double> noise;  // per lamp, the part that more photons or positions take away
     HeldOut::Error error;       // as `bake evaluate` would say it
+    double below_zero = 0;      // share of the polynomials' values that signs would be mended of
 
     double noise_sum() const;
     double floor() const { return square - noise_sum(); }  // grid and polynomial
@@ -53,6 +54,7 @@ class TrialFits {
     AtPositions total(std::size_t replaced, const AtPositions& by) const;
     AtPositions sum_of(const std::vector<const AtPositions*>& parts) const;
     double noise(std::size_t light) const;
+    double below_zero() const;
     std::vector<int> groups_of(std::size_t light) const;  // of the samples
     void add_figures(const AtPositions& total, TrialFigures& figures) const;
 
