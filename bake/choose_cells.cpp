@@ -22,6 +22,7 @@ constexpr double kTraceShare = 0.6;      // ... that is left for photons in the 
 constexpr double kLeftShare = 0.75;      // ... of the time that the search has left
 constexpr double kPatchPhotons = 150;    // photons that cost as much time as keeping a patch in all volumes
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
+constexpr double kPhotonsOfAPatch = 7;   // cost as much as it does at a position whenever fits are judged
 constexpr double kMostPositions = 2000;
 constexpr double kFirstPhotons = 1 << 14;  // per lamp and position, for the first cells
 constexpr double kFirstShare = 0.05;       // ... of a time budget for them instead, within these bounds
@@ -29,11 +30,10 @@ constexpr double kFewestFirst = 1 << 11, kMostFirst = 1 << 20;
 constexpr double kFirstCells = 22;       // along the longest side
 constexpr double kCellsOfAMillion = 14;  // ... with a time for a million photons
 
-// 1, 2 or 5 times a power of ten.
+// One digit times a power of ten.
 uint64_t round_number(double x) {
     const double power = std::pow(10.0, std::floor(std::log10(x)));
-    const double digit = x / power;
-    return uint64_t(std::lround(power * (digit < 1.4 ? 1 : digit < 3.2 ? 2 : digit < 7 ? 5 : 10)));
+    return uint64_t(std::lround(std::round(x / power) * power));
 }
 
 class CellChooser {
@@ -153,8 +153,9 @@ class CellChooser {
         double positions = 0;
         for (const Light& light : scene_.lights) positions += planned_positions(light);
         const double fewest = std::max(2000.0, 0.2 * double(grid.patches));
-        // More positions serve more boxes, at the same noise; but each has its patches to keep.
-        const double most = std::max({kPhotonsOfAFile, double(grid.patches), wanted / kMostPositions});
+        // More positions serve more boxes, at the same noise; but each has its patches to keep and to judge.
+        const double most =
+            std::max({kPhotonsOfAFile, kPhotonsOfAPatch * double(grid.patches), wanted / kMostPositions});
         const uint64_t photons = round_number(std::clamp(wanted / positions, fewest, most));
         choice_.settings.push_back({"photons", std::to_string(photons)});
         log_info(fmt::format("chose {} photons per lamp position", photons));

@@ -160,7 +160,8 @@ class LampChooser {
 
     // Photons still needed as a multiple of those traced, or the squared error at the end of the budget.
     double cost(const TrialFigures& f) const {
-        const double floor = std::max(0.0, f.floor()), noise = f.noise_sum();
+        const double square = std::max(0.0, f.square), noise = std::min(f.noise_sum(), square);
+        const double floor = square - noise;
         if (goal_.has_budget()) return floor + noise / std::max(1.0, affordable());
         return floor < 0.95 * goal_.square() ? noise / (goal_.square() - floor)
                                              : 1e6 * floor / goal_.square();
@@ -313,7 +314,7 @@ class LampChooser {
                             figures_.error.relrmse * std::sqrt(std::max(0.0, 1 - 0.5 * noise / square))));
             return 0;
         }
-        return std::min(more, kFastest);
+        return more < 2 * kFastest ? more : kFastest;  // no small round in the end, which costs a judgement
     }
 
     // More positions to lamps whose noise is large: least noise in all for a given number of photons.
@@ -328,7 +329,7 @@ class LampChooser {
             Light& light = lights_[l];
             if (!light.choose_samples) continue;
             const double wanted = factor * all * weight(l) / weights, has = fixed_positions(light);
-            const int more = int(std::lround(std::min(wanted, kFastest * has) - has));
+            const int more = int(std::lround(std::min(wanted, std::max(factor, kFastest) * has) - has));
             if (more <= 0) continue;
             auto groups = sample_groups(light);
             if (groups.back().boxes == light.boxes)

@@ -52,14 +52,15 @@ struct Projections {
     Eigen::VectorXd squares;       // (patch, channel)
     std::vector<double> variance;  // [patch] of the noise, mean of samples and channels
 
-    void add(const RowMatrix& volumes,
+    void add(const Eigen::MatrixXd& volumes,
              const Eigen::MatrixXd& q) {  // (patch, channel) × samples; samples × rank
         const Eigen::Index rows = along.rows(), blocks = (rows + kRowsAtOnce - 1) / kRowsAtOnce;
         parallel_for(std::size_t(blocks), [&](std::size_t block) {
             const Eigen::Index start = Eigen::Index(block) * kRowsAtOnce,
                                count = std::min(kRowsAtOnce, rows - start);
             along.middleRows(start, count).noalias() += volumes.middleRows(start, count) * q;
-            squares.segment(start, count) += volumes.middleRows(start, count).rowwise().squaredNorm();
+            for (Eigen::Index i = 0; i < volumes.cols(); ++i)
+                squares.segment(start, count) += volumes.col(i).segment(start, count).cwiseAbs2();
         });
     }
 };
@@ -71,7 +72,7 @@ Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const Vol
                             std::vector<double>(with_variance ? patch_count : 0)};
     for (Eigen::Index first = 0; first < samples; first += Eigen::Index(kSamplesAtOnce)) {
         const Eigen::Index count = std::min<Eigen::Index>(kSamplesAtOnce, samples - first);
-        RowMatrix volumes(rows, count), variances(Eigen::Index(projections.variance.size()), count);
+        Eigen::MatrixXd volumes(rows, count), variances(Eigen::Index(projections.variance.size()), count);
         parallel_for(std::size_t(count), [&](std::size_t i) {
             const auto read = read_volume(std::size_t(first) + i);
             for (std::size_t p = 0; p < patch_count; ++p)
@@ -82,8 +83,9 @@ Projections project(const Eigen::MatrixXd& q, std::size_t patch_count, const Vol
                     channel_variance(read.density[p], read.variance[p]);
         });
         projections.add(volumes, q.middleRows(first, count));
-        for (std::size_t p = 0; p < projections.variance.size(); ++p)
-            projections.variance[p] += variances.row(Eigen::Index(p)).sum() / double(samples);
+        for (Eigen::Index i = 0; i < count; ++i)
+            for (std::size_t p = 0; p < projections.variance.size(); ++p)
+                projections.variance[p] += variances(Eigen::Index(p), i) / double(samples);
     }
     return projections;
 }
