@@ -97,7 +97,15 @@ class LampChooser {
 
     void judge() {
         measure();
-        choose_boxes();
+        const auto lights = lights_;
+        const int degree = degree_;
+        const double cost_before = cost(figures_);
+        const bool boxes_changed = choose_boxes(), degree_changed = choose_degree();
+        if (!boxes_changed && !degree_changed) return;
+        measure();
+        if (cost(figures_) < kWorthwhile * cost_before) return;
+        lights_ = lights, degree_ = degree;  // promised more than it holds
+        measure();
     }
 
     void note_estimate() const {
@@ -206,34 +214,45 @@ class LampChooser {
         return kFitSeconds + (bytes < VolumeCache::capacity() ? 0 : kReadSeconds);
     }
 
-    void choose_boxes() {
+    // Whether anything was changed.
+    bool choose_boxes() {
+        tried_ = {boxes_now()};
+        bool changed = false;
         while (const auto better = better_boxes()) {
-            const auto before = std::pair(lights_, figures_);
-            lights_[better->first].boxes = better->second;
-            measure();
-            if (cost(figures_) < kWorthwhile * cost(before.second)) continue;
-            lights_ = before.first;  // promised more than it holds
-            measure();
-            break;
+            const auto [light, boxes] = *better;
+            lights_[light].boxes = boxes;
+            figures_ = fits_->change_boxes(light, boxes);
+            changed = true;
         }
-        if (!scene_.choices.degree) return;
-        for (const int degree : {2, 3}) {
-            if (degree == degree_) continue;
-            const auto figures = fits_->with_degree(degree);
-            if (!figures || !(cost(*figures) < kWorthwhile * cost(figures_))) continue;
-            degree_ = degree;
-            measure();
-            break;
-        }
+        return changed;
+    }
+
+    bool choose_degree() {
+        if (!scene_.choices.degree) return false;
+        const int other = degree_ == 3 ? 2 : 3;
+        const auto figures = fits_->with_degree(other);
+        if (!figures || !(cost(*figures) < kWorthwhile * cost(figures_))) return false;
+        degree_ = other;
+        return true;
+    }
+
+    std::vector<Index3> boxes_now() const {  // of each lamp
+        std::vector<Index3> all;
+        for (const Light& light : lights_) all.push_back(light.boxes);
+        return all;
     }
 
     // The change of one lamp's boxes that promises most, if it is worth it.
-    std::optional<std::pair<std::size_t, Index3>> better_boxes() const {
+    std::optional<std::pair<std::size_t, Index3>> better_boxes() {
         double least = kWorthwhile * cost(figures_);
         std::optional<std::pair<std::size_t, Index3>> best;
         for (std::size_t l = 0; l < lights_.size(); ++l)
             for (const Index3& boxes : other_boxes(lights_[l])) {
                 if (!has_time_to_judge()) return best;
+                std::vector<Index3> all = boxes_now();
+                all[l] = boxes;
+                if (std::ranges::find(tried_, all) != tried_.end()) continue;
+                tried_.push_back(std::move(all));
                 const auto figures = fits_->with_boxes(l, boxes);
                 if (!figures || !(cost(*figures) < least)) continue;
                 least = cost(*figures);
@@ -352,6 +371,7 @@ class LampChooser {
     std::vector<Light> lights_;
     int degree_ = 3;
     TrialFigures figures_;
+    std::vector<std::vector<Index3>> tried_;  // boxes of all lamps, in this round
 };
 
 }  // namespace

@@ -191,6 +191,14 @@ std::optional<TrialFigures> TrialFits::with_boxes(std::size_t light, const Index
     return figures;
 }
 
+TrialFigures TrialFits::change_boxes(std::size_t light, const Index3& boxes) {
+    measured_ = with_boxes(light, boxes).value();
+    lights_[light].boxes = boxes;
+    lamps_[light].whole = fitted(light, lights_[light], degree_, lamps_[light].samples);
+    lamps_[light].leverage = leverage(light, lights_[light], degree_);
+    return measured_;
+}
+
 std::optional<TrialFigures> TrialFits::with_degree(int degree) const {
     TrialFigures figures = measured_;
     std::vector<AtPositions> parts;

@@ -37,6 +37,8 @@ class TrialFits {
     // is what the polynomial misses, which boxes mend. None where a box holds too few positions.
     std::optional<TrialFigures> with_boxes(std::size_t light, const Index3& boxes) const;
     std::optional<TrialFigures> with_degree(int degree) const;
+    // Makes such a change, of one that with_...() gave figures for: what follows is compared with it.
+    TrialFigures change_boxes(std::size_t light, const Index3& boxes);
 
   private:
     using AtPositions = std::vector<HeldOut::Values>;  // [held-out position], not clamped
