@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "bake/choose_lamps.h"
 #include "bake/lit_region.h"
@@ -15,8 +16,8 @@ namespace pim {
 namespace {
 
 constexpr double kGridShare = 0.9;    // of the squared target error that cells alone may make
-constexpr double kSearchShare = 0.3;  // of the time for all cells that are tried
-constexpr double kReachShare = 0.1;   // ... for what light reaches, with the cells that are chosen
+constexpr double kSearchShare = 0.5;  // of the time for all cells that are tried
+constexpr double kReachShare = 0.1;   // of the time for what light reaches, with the cells that are chosen
 constexpr uint64_t kFewestReach = 1 << 20;
 constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end
 constexpr double kLeftShare = 0.75;      // ... of the time that the search has left
@@ -88,13 +89,10 @@ class CellChooser {
     }
 
     void choose_grid(GridSearch& search) {
-        const auto go_on = [&](double seconds) {
-            return !goal_.has_budget() || goal_.seconds() + seconds < kSearchShare * goal_.budget();
-        };
         const Vec3 size = grid_.bounds.value_or(bounds(scene_.geometry)).size();
-        choice_.grid = search.search(
-            double(std::max({size.x, size.y, size.z})), first_cells(),
-            [&](const GridFigures& f) { return grid_cost(f); }, go_on);
+        choice_.grid =
+            search.search(double(std::max({size.x, size.y, size.z})), first_cells(),
+                          [&](const GridFigures& f, double seconds) { return grid_cost(f, seconds); });
         choice_.settings.push_back({"cell_size", fmt::format("{:.17g}", choice_.grid.cell_size)});
         log_info(fmt::format("chose cells of {:.3g} m: {}", choice_.grid.cell_size, grid_reason()));
     }
@@ -117,23 +115,27 @@ class CellChooser {
 
     double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }
 
-    double photons_left() const {
-        return std::min(affordable_photons(), kLeftShare * std::max(0.0, goal_.left()) / photon_seconds_);
+    // After so many seconds more.
+    double photons_left(double seconds) const {
+        return std::min(affordable_photons(),
+                        kLeftShare * std::max(0.0, goal_.left() - seconds) / photon_seconds_);
     }
 
     // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
     // shrinkage takes about half of it away again.
-    double map_noise(const GridFigures& f) const { return 0.2 * double(terms_of_cubic(scene_)) * f.noise; }
+    double map_noise(const GridFigures& f) const { return 0.5 * double(terms_of_cubic(scene_)) * f.noise; }
 
-    // Photons that reach the target, or the squared error that the budget reaches.
-    double grid_cost(const GridFigures& f) const {
+    // Photons that reach the target, or the squared error that the budget reaches after so many seconds more.
+    double grid_cost(const GridFigures& f, double seconds) const {
         const double keeping = kPatchPhotons * double(f.patches), square = std::max(0.0, f.square);
         if (!goal_.has_budget()) {
             const double room = goal_.square() - square;
             return square < kGridShare * goal_.square() ? map_noise(f) / room + keeping
                                                         : 1e18 * square / goal_.square();
         }
-        const double photons = affordable_photons() - keeping;
+        if (seconds > 0 && goal_.seconds() + seconds > kSearchShare * goal_.budget())
+            return std::numeric_limits<double>::infinity();
+        const double photons = photons_left(seconds) - keeping;
         return photons > 0 ? square + map_noise(f) / photons : 1e18 * keeping;
     }
 
@@ -147,7 +149,7 @@ class CellChooser {
     // So many per position that the planned positions hold all that are needed.
     void choose_photons() {
         const GridFigures& grid = choice_.grid;
-        const double wanted = goal_.has_budget() ? photons_left()
+        const double wanted = goal_.has_budget() ? photons_left(0)
                                                  : map_noise(grid) / std::max(goal_.square() - grid.square,
                                                                               0.2 * goal_.square());
         double positions = 0;

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "bake/bake.h"
 #include "bake/reference.h"
+#include "bake/statistics.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/progress.h"
@@ -37,19 +37,12 @@ struct Position {
     double relrmse = 0, indirect = 0, noise = 0;
 };
 
-double mean(const std::vector<double>& v) {
-    return std::accumulate(v.begin(), v.end(), 0.0) / double(v.size());
-}
-
 // Half width of the 95 % confidence interval of the mean.
 double half_width(const std::vector<double>& v) {
     if (v.size() < 2) return 0;
-    const double m = mean(v);
-    double squares = 0;
-    for (const double x : v) squares += (x - m) * (x - m);
     const double n = double(v.size()),
                  t = 1.96 + 2.4 / (n - 1) + 7 / ((n - 1) * (n - 1));  // Student's t, nearly
-    return t * std::sqrt(squares / (n * (n - 1)));
+    return t * standard_error(v);
 }
 
 class Evaluation {

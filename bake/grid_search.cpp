@@ -21,8 +21,8 @@ constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 20;  // per lamp,
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
 constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
-constexpr double kSurely = 0.5;       // of a squared error, as it was measured, is really there
-constexpr double kTimeGrowth = 0.75;  // power of the patches with which the time for a size grows, about
+constexpr double kTimeGrowth = 0.5;   // power of the patches with which the time for a size grows, about
+constexpr double kErrorGrowth = 1.4;  // ... of the cells' size with which their squared error grows, about
 
 }  // namespace
 
@@ -36,7 +36,6 @@ GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilte
       first_photons_(first_photons) {}
 
 const GridFigures& GridSearch::measure(double cell_size) {
-    if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     scene_.grid.resolution = CellSize{cell_size};
     return measure_as_set(cell_size);
 }
@@ -54,7 +53,7 @@ const GridFigures& GridSearch::measure_as_set(double cell_size) {
     held_out_.set_cells(scene_, caster_, measured_);
     const auto a = own_volumes(measured_, 1), b = own_volumes(measured_, 2);
     GridFigures& figures = known_[cell_size];
-    figures = {cell_size, std::max(held_out_.square(a, b), least_square(cell_size)),
+    figures = {cell_size, std::max(held_out_.likely_square(a, b), least_square(cell_size)),
                held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), measured_.patches.size()};
     log_info(
         fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
@@ -79,14 +78,12 @@ double GridSearch::least_square(double cell_size) const {
     return least;
 }
 
-// Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells. Larger
-// cells make hardly a smaller error than those that are known.
+// Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells.
 GridFigures GridSearch::hoped_at(double cell_size) const {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     const GridFigures& near = nearest(cell_size);
     const double ratio = near.cell_size / cell_size;
-    const double square =
-        std::max(least_square(cell_size), cell_size > near.cell_size ? kSurely * near.square : 0);
+    const double square = std::max(least_square(cell_size), near.square * std::pow(ratio, -kErrorGrowth));
     return {cell_size, square, near.noise * ratio * ratio,
             std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
 }
@@ -117,39 +114,35 @@ std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int hal
     return values;
 }
 
-GridFigures GridSearch::search(double longest_side, double first_cells, const Cost& cost,
-                               const std::function<bool(double seconds)>& go_on) {
+GridFigures GridSearch::search(double longest_side, double first_cells, const Cost& cost) {
     const auto size_at = [&](double steps) { return longest_side / (first_cells * std::exp2(0.5 * steps)); };
-    const auto allowed = [&](double steps) {
-        const double cells = longest_side / size_at(steps);
-        if (cells < kFewestCells || cells > kMostCells) return false;
-        scene_.grid.resolution = CellSize{size_at(steps)};
+    const auto allowed = [&](double size) {
+        const double cells = longest_side / size;
+        if (known_.contains(size) || cells < kFewestCells || cells > kMostCells) return false;
+        scene_.grid.resolution = CellSize{size};
         return fragment_bytes(scene_, make_grid(scene_)) < 0.5 * memory_there();
     };
-    const auto cost_at = [&](double steps) { return cost(measure(size_at(steps))); };
-    double best = 0, least = cost_at(0);
+    measure(size_at(0));
     cells_ = std::move(measured_);
-    const auto try_at = [&](double steps) {
-        if (!allowed(steps)) return false;
-        const double size = size_at(steps);
-        const GridFigures hoped = hoped_at(size);
-        if (!(cost(hoped) < kWorthwhile * least)) return false;
-        const double growth = std::pow(double(hoped.patches) / double(nearest(size).patches), kTimeGrowth);
-        if (!known_.contains(size) && !go_on(seconds_ * growth)) return false;
-        const double own = cost_at(steps);
-        if (!(own < least)) return false;
-        best = steps, least = own;
-        cells_ = std::move(measured_);
-        return true;
+    double best = 0;
+    const auto least = [&] { return cost(known_.at(size_at(best)), 0); };
+    const auto hoped_cost = [&](double steps) {
+        const GridFigures hoped = hoped_at(size_at(steps));
+        const double growth = double(hoped.patches) / double(nearest(size_at(steps)).patches);
+        return cost(hoped, seconds_ * std::pow(growth, kTimeGrowth));
     };
-    if (try_at(2))
-        while (try_at(best + 2)) {
-        }
-    else
-        while (try_at(best - 2)) {
-        }
-    if (!try_at(best + 1)) try_at(best - 1);
-    return measure(size_at(best));
+    for (;;) {
+        std::map<double, double> worthwhile;  // cost, steps
+        for (const double step : {2, 1, -1, -2})
+            if (const double there = best + step; allowed(size_at(there)))
+                worthwhile.emplace(hoped_cost(there), there);
+        if (worthwhile.empty() || !(worthwhile.begin()->first < kWorthwhile * least())) break;
+        const double there = worthwhile.begin()->second;
+        if (!(cost(measure(size_at(there)), 0) < least())) continue;
+        best = there;
+        cells_ = std::move(measured_);
+    }
+    return known_.at(size_at(best));
 }
 
 }  // namespace pim

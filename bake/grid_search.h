@@ -25,21 +25,20 @@ class GridSearch {
     // Of the cells that the scene asks for.
     const GridFigures& measure_given();
 
-    // From so many cells along the longest side, finer or coarser as the cost falls, in steps of two and then
-    // of sqrt(2). Costs may be infinite. `go_on` says whether there is time for another that will take so
-    // many seconds, about.
-    using Cost = std::function<double(const GridFigures&)>;
-    GridFigures search(double longest_side, double first_cells, const Cost& cost,
-                       const std::function<bool(double seconds)>& go_on);
+    // From so many cells along the longest side, finer or coarser as the cost falls, in steps of sqrt(2)
+    // or two. Costs may be infinite; they are asked for what is known, and for what is hoped of a size
+    // that takes so many seconds to look into, about.
+    using Cost = std::function<double(const GridFigures&, double seconds)>;
+    GridFigures search(double longest_side, double first_cells, const Cost& cost);
     // The cells that were found or given, as find_cells makes them. Once.
     Cells take_cells() { return std::move(cells_); }
 
   private:
-    const GridFigures& measure(double cell_size);  // once each
+    const GridFigures& measure(double cell_size);
     const GridFigures& measure_as_set(double cell_size);
     const GridFigures& nearest(double cell_size) const;  // of those measured
     double least_square(double cell_size) const;
-    // The best that a size can be, as far as is known.
+    // What a size is likely to be, as far as is known.
     GridFigures hoped_at(double cell_size) const;
     uint64_t photons_for(double cell_size) const;
     std::vector<HeldOut::Values> own_volumes(const Cells& cells, int half) const;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
+#include "bake/statistics.h"
 #include "common/core/sampling.h"
 #include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
@@ -152,8 +152,8 @@ std::vector<Rgb> HeldOut::seen(std::size_t view, const Values& values) const {
     return colours;
 }
 
-double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& b) const {
-    double sum = 0;
+std::vector<double> HeldOut::squares(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    std::vector<double> all;
     for (std::size_t v = 0; v < views_.size(); ++v) {
         const auto& pixels = reference(v);
         const auto seen_a = seen(v, a[position_of(v)]), seen_b = seen(v, b[position_of(v)]);
@@ -162,9 +162,19 @@ double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& 
             if (pixels[p].surface)
                 square += 0.5 * double((seen_a[p] - pixels[p].all[0]).dot(seen_b[p] - pixels[p].all[1]) +
                                        (seen_b[p] - pixels[p].all[0]).dot(seen_a[p] - pixels[p].all[1]));
-        if (const double whole = norm(v); whole > 0) sum += square / whole;
+        const double whole = norm(v);
+        all.push_back(whole > 0 ? square / whole : 0);
     }
-    return sum / double(views_.size());
+    return all;
+}
+
+double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    return mean(squares(a, b));
+}
+
+double HeldOut::likely_square(const std::vector<Values>& a, const std::vector<Values>& b) const {
+    const auto all = squares(a, b);
+    return not_negative(mean(all), standard_error(all));
 }
 
 std::vector<double> HeldOut::differences(const std::vector<Values>& a, const std::vector<Values>& b) const {
@@ -180,8 +190,7 @@ std::vector<double> HeldOut::differences(const std::vector<Values>& a, const std
 }
 
 double HeldOut::difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
-    const auto all = differences(a, b);
-    return std::accumulate(all.begin(), all.end(), 0.0) / double(all.size());
+    return mean(differences(a, b));
 }
 
 double HeldOut::usual_difference(const std::vector<Values>& a, const std::vector<Values>& b) const {

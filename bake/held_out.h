@@ -30,6 +30,8 @@ class HeldOut {
     // ||I - R||² / ||R||², mean over all views. `a` and `b` [position] are two estimates of the patches'
     // irradiance; where their noise is independent, none of it is in the result.
     double square(const std::vector<Values>& a, const std::vector<Values>& b) const;
+    // Its mean given that it is not negative and how it scatters among the views.
+    double likely_square(const std::vector<Values>& a, const std::vector<Values>& b) const;
     // ||I_a - I_b||² / ||R||², mean over all views; and their median, which a rare bright photon in a small
     // patch does not move.
     double difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
@@ -67,6 +69,7 @@ class HeldOut {
         double square = 0, variance = 0;
     };
     ViewError view_error(std::size_t view, const Values& values) const;
+    std::vector<double> squares(const std::vector<Values>& a, const std::vector<Values>& b) const;
     std::vector<double> differences(const std::vector<Values>& a, const std::vector<Values>& b) const;
 
     Reference reference_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "bake/statistics.h"
 #include "common/core/parallel.h"
 
 namespace pim {
@@ -20,10 +21,6 @@ Cells part_of(const Cells& cells, const std::vector<uint32_t>& patches) {
     for (const uint32_t p : patches) part.patches.push_back(cells.patches[p]);
     part.index = PatchIndex(part.grid, part.patches);
     return part;
-}
-
-double mean(const std::vector<double>& values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
 }  // namespace
