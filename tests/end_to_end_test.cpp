@@ -173,7 +173,8 @@ std::string bare_description(const std::string& name) {
 // What it chose is in the stored description, which makes the same bytes; and a target looks at no clock.
 TEST(EndToEnd, ABakeThatChoosesForItself) {
     const std::string scene = bare_description("bare"), map = map_path("bare");
-    const Outcome chosen = run("bake run " + scene + " --target-error 0.05 -o " + map + " --threads 2");
+    const std::string asked = " --target-error 0.05 --set reach_photons=1048576";
+    const Outcome chosen = run("bake run " + scene + asked + " -o " + map + " --threads 2");
     ASSERT_EQ(chosen.code, 0) << chosen.text;
     for (const char* said :
          {"chose cells", "chose", "round 1", "error", "noise", "grid", "polynomial", "is met"})
@@ -190,8 +191,7 @@ TEST(EndToEnd, ABakeThatChoosesForItself) {
     ASSERT_EQ(
         run("bake run " + (test_folder() / "settled.toml").string() + " -o " + map_path("settled")).code, 0);
     EXPECT_TRUE(read_text(map) == read_text(map_path("settled")));
-    ASSERT_EQ(run("bake run " + scene + " --target-error 0.05 -o " + map_path("bare2") + " --threads 1").code,
-              0);
+    ASSERT_EQ(run("bake run " + scene + asked + " -o " + map_path("bare2") + " --threads 1").code, 0);
     EXPECT_TRUE(read_text(map) == read_text(map_path("bare2")));
 
     expect_failure("bake trace " + scene + " --part 1/2", 1, {"bare.toml", "bake run", "samples"});
