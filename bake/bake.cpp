@@ -75,7 +75,9 @@ class Bake {
                 "parts",
                 work().path().string(), missing, samples_.size()));
         IlluminationMap map = empty_map();
-        for (std::size_t l = 0; l < scene_.lights.size(); ++l) map.lights.push_back(fit_light(int(l)));
+        const Neighbourhoods shared = neighbourhoods(scene_, cells_);
+        for (std::size_t l = 0; l < scene_.lights.size(); ++l)
+            map.lights.push_back(fit_light(int(l), shared));
         map.left_out = left_out(scene_, cells_);
         write_map(output_, map);
         tracing_.note_seconds("fit_seconds", watch.seconds());
@@ -124,11 +126,10 @@ class Bake {
         return map;
     }
 
-    MapLight fit_light(int number) const {
+    MapLight fit_light(int number, const Neighbourhoods& shared) const {
         std::vector<LightSample> own;
         for (const LightSample& s : samples_)
             if (s.light == number) own.push_back(s);
-        const Neighbourhoods shared = neighbourhoods(scene_, cells_);
         MapLight light = pim::fit_light(
             scene_.lights[number], scene_.bake, own, cells_.patches.size(), shared,
             [&](const LightSample& s, Component c) { return work().read(scene_, cells_, s, c); });

@@ -249,6 +249,7 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
     }
     for (const Patch& p : cells.patches) cells.counted_area += p.area;
     if (cells.grid.facings) cells.sight = find_sight(scene, caster, cells, pieces);
+    if (scene.grid.estimator == Estimator::area) cells.means = find_look_up_means(scene, cells, pieces);
     return cells;
 }
 

@@ -5,6 +5,7 @@
 // them, and so are whole patches that no photon finds.
 #pragma once
 
+#include "bake/look_up_means.h"
 #include "bake/patch_split.h"
 #include "bake/reach.h"
 #include "common/map/illumination_map.h"
@@ -17,6 +18,7 @@ struct Cells {
     PatchIndex index;
     std::vector<PatchSplit> split;      // per patch, the same for the one in front and the one behind
     PatchSight sight;                   // everything without facings
+    LookUpMeans means;                  // empty for spheres, which reach into other cells
     std::vector<FragmentKey> left_out;  // sorted
     double surface_area = 0;            // m², both sides of all surface in the grid
     double counted_area = 0;            // m², what the patches hold

@@ -70,12 +70,13 @@ Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>&
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     const Solids solids = solids_of(scene);
     const PositionFilter allowed = [&](const Vec3& p) { return solids.containing(p).empty(); };
-    const double photon_seconds =
-        goal.has_budget() ? kPhotonSecondsMore * time_photons(scene, caster, allowed).seconds_per_photon : 0;
-    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, photon_seconds));
+    const PhotonTrial trial = goal.has_budget() ? time_photons(scene, caster, allowed) : PhotonTrial{};
+    const PhotonSeconds seconds{.baked = kPhotonSecondsMore * trial.seconds_per_photon,
+                                .alone = kPhotonSecondsMore * trial.seconds_alone};
+    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, seconds.alone));
     CellChoice cells =
-        known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, photon_seconds);
-    return {photon_seconds, std::move(held_out), std::move(cells)};
+        known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, seconds);
+    return {seconds.baked, std::move(held_out), std::move(cells)};
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ uint64_t round_number(double x) {
 class CellChooser {
   public:
     CellChooser(const Scene& scene, const Goal& goal, const RayCaster& caster, const PositionFilter& allowed,
-                HeldOut& held_out, double photon_seconds)
+                HeldOut& held_out, const PhotonSeconds& photon_seconds)
         : scene_(scene),
           goal_(goal),
           caster_(caster),
@@ -82,7 +82,7 @@ class CellChooser {
     }
 
     void choose_reach() {
-        const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_);
+        const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_.alone);
         grid_.reach_photons =
             std::clamp(std::bit_floor(affordable), kFewestReach, GridSettings{}.reach_photons);
         choice_.settings.push_back({"reach_photons", std::to_string(grid_.reach_photons)});
@@ -109,16 +109,16 @@ class CellChooser {
     uint64_t first_photons() const {
         if (!goal_.has_budget()) return uint64_t(kFirstPhotons);
         const double volumes = 2.0 * held_out_.positions() * double(scene_.lights.size());
-        const double affordable = kFirstShare * goal_.budget() / photon_seconds_;
+        const double affordable = kFirstShare * goal_.budget() / photon_seconds_.baked;
         return uint64_t(std::clamp(affordable / volumes, kFewestFirst, kMostFirst));
     }
 
-    double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_; }
+    double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_.baked; }
 
     // After so many seconds more.
     double photons_left(double seconds) const {
         return std::min(affordable_photons(),
-                        kLeftShare * std::max(0.0, goal_.left() - seconds) / photon_seconds_);
+                        kLeftShare * std::max(0.0, goal_.left() - seconds) / photon_seconds_.baked);
     }
 
     // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
@@ -168,7 +168,7 @@ class CellChooser {
     const RayCaster& caster_;
     const PositionFilter& allowed_;
     HeldOut& held_out_;
-    double photon_seconds_;
+    PhotonSeconds photon_seconds_;
     GridSettings grid_;  // as far as it is chosen
     CellChoice choice_;
 };
@@ -176,7 +176,8 @@ class CellChooser {
 }  // namespace
 
 CellChoice choose_cells(const Scene& scene, const Goal& goal, const RayCaster& caster,
-                        const PositionFilter& allowed, HeldOut& held_out, double photon_seconds) {
+                        const PositionFilter& allowed, HeldOut& held_out,
+                        const PhotonSeconds& photon_seconds) {
     return CellChooser(scene, goal, caster, allowed, held_out, photon_seconds).choose();
 }
 

@@ -14,9 +14,14 @@ struct CellChoice {
     std::optional<Cells> cells;  // as found, if they were searched for
 };
 
-// Settings that are given stay as they are. `photon_seconds`: what a photon costs; looked at with a time
-// budget only.
+// What a photon costs: one of a bake, and one by itself.
+struct PhotonSeconds {
+    double baked = 0, alone = 0;
+};
+
+// Settings that are given stay as they are. Times are looked at with a time budget only.
 CellChoice choose_cells(const Scene& scene, const Goal& goal, const RayCaster& caster,
-                        const PositionFilter& allowed, HeldOut& held_out, double photon_seconds);
+                        const PositionFilter& allowed, HeldOut& held_out,
+                        const PhotonSeconds& photon_seconds);
 
 }  // namespace pim

@@ -166,6 +166,8 @@ class ErrorParts {
             } else {
                 exact.patch_values = own_volume(i, int(half) + 1);
             }
+            const Colours averages = exact.patch_values;
+            exact.patch_values = baked_.scene.bake.shrinkage ? sharpened(averages, cells_.means) : averages;
             for (int c = 0; c < reference_.cameras(); ++c) {
                 auto& pictures = seen[half].emplace_back();
                 const auto by = [&](const Moment& m) {
@@ -174,7 +176,7 @@ class ErrorParts {
                     });
                 };
                 pictures[0] = by(own), pictures[1] = by(other), pictures[2] = by(exact);
-                pictures[3] = visible ? by_visible(exact, *visible, i, c) : pictures[2];
+                pictures[3] = visible ? by_visible(exact, averages, *visible, i, c) : pictures[2];
                 for (const ReferencePixel& p : reference_.pixels(i, c)) pictures[4].push_back(p.all[half]);
             }
         }
@@ -185,11 +187,12 @@ class ErrorParts {
         }
     }
 
-    Colours by_visible(const Moment& exact, const VisibleLight& visible, int i, int c) const {
+    // `averages`: the patches' values before they were sharpened, which visible light stands for.
+    Colours by_visible(const Moment& exact, const Colours& averages, const VisibleLight& visible, int i,
+                       int c) const {
         return reference_.seen(i, c, [&](const Ray& ray, RandomStream& random) {
             return seen_radiance(exact, ray, [&](const SurfacePoint& s) {
-                const Rgb as_it_is =
-                    irradiance_at(exact.map, exact.patch_values, s.position, s.shading_normal);
+                const Rgb as_it_is = irradiance_at(exact.map, averages, s.position, s.shading_normal);
                 const Rgb all = surface_irradiance(exact, s, random);
                 return all - as_it_is + visible.irradiance(exact.map, caster_, s);
             });

@@ -137,9 +137,22 @@ NoisyCoefficients measured(Projections& projections, const std::vector<int>& deg
     return coefficients;
 }
 
+// Spheres about neighbouring cells share photons, so their noise is not independent.
+bool filters(const Scene& scene) { return scene.grid.estimator == Estimator::area; }
+
+// Some of the patches, and no more.
+Cells part_of(const Cells& cells, const std::vector<uint32_t>& patches) {
+    Cells part;
+    part.grid = cells.grid;
+    for (const uint32_t p : patches) part.patches.push_back(cells.patches[p]);
+    part.index = PatchIndex(part.grid, part.patches);
+    return part;
+}
+
 RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& shared, bool shrinkage) {
     if (shared.empty() || !shrinkage) return measured.values;
     NoisyCoefficients kept = shared.filter() ? filtered(measured, shared) : measured;
+    if (!shared.means().empty()) sharpen(kept, shared);
     shrink(kept, shared);
     return std::move(kept.values);
 }
@@ -148,8 +161,13 @@ RowMatrix kept_of(const NoisyCoefficients& measured, const Neighbourhoods& share
 
 Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells) {
     if (!scene.bake.shrinkage && scene.bake.robust == Robust::off) return {};
-    // Spheres about neighbouring cells share photons, so their noise is not independent.
-    return {cells, scene.grid.estimator == Estimator::area};
+    return {cells, filters(scene), scene.bake.shrinkage ? cells.means : LookUpMeans()};
+}
+
+Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells, const std::vector<uint32_t>& patches) {
+    if (!scene.bake.shrinkage && scene.bake.robust == Robust::off) return {};
+    return {part_of(cells, patches), filters(scene),
+            scene.bake.shrinkage ? cells.means.part(patches) : LookUpMeans()};
 }
 
 BoxFit fit_box(const MapBox& box, const std::vector<Vec3>& positions, const FitSettings& settings,

@@ -26,6 +26,8 @@ struct FitSettings {
 
 // What patches share in a fit with these settings.
 Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells);
+// Among some of the patches only (sorted), numbered as they stand there.
+Neighbourhoods neighbourhoods(const Scene& scene, const Cells& cells, const std::vector<uint32_t>& patches);
 
 // Fits a polynomial of at most the degree in the box's normalised coordinates to the samples at `positions`
 // (local, all inside the box). Terms that the samples do not determine are 0.

@@ -134,7 +134,8 @@ Choice choose(const std::array<std::vector<Trial>, 2>& tried, const PerDegree& o
 
 }  // namespace
 
-Neighbourhoods::Neighbourhoods(const Cells& cells, bool filter) : filter_(filter) {
+Neighbourhoods::Neighbourhoods(const Cells& cells, bool filter, LookUpMeans means)
+    : means_(std::move(means)), filter_(filter) {
     const std::size_t count = cells.patches.size();
     std::vector<std::vector<uint32_t>> of(count);
     near_count_.resize(count);
@@ -231,6 +232,51 @@ void shrink(NoisyCoefficients& coefficients, const Neighbourhoods& shared) {
                 tau2 > 0 ? tau2 / (tau2 + coefficients.noise[p][d]) : 0;
         }
     });
+}
+
+void sharpen(NoisyCoefficients& coefficients, const Neighbourhoods& shared) {
+    const RowMatrix before = coefficients.values;
+    const std::size_t count = coefficients.patches();
+    const auto detail_of = [&](std::size_t p) {
+        RowMatrix detail = before.middleRows(3 * Eigen::Index(p), 3);
+        for (const auto& s : shared.means().of(p))
+            detail -= double(s.weight) * before.middleRows(3 * Eigen::Index(s.patch), 3);
+        return detail;
+    };
+    std::vector<PerDegree> noise(count), powers(count);
+    std::vector<double> own(count);  // share of the patch's own noise in its detail
+    for_each_patch(count, [&](std::size_t p) {
+        powers[p] = mean_squares(detail_of(p), coefficients.degrees);
+        own[p] = 1;
+        for (const auto& s : shared.means().of(p))
+            if (s.patch == p) own[p] -= double(s.weight);
+        for (std::size_t d = 0; d < kDegrees; ++d) {
+            noise[p][d] = own[p] * own[p] * coefficients.noise[p][d];
+            for (const auto& s : shared.means().of(p))
+                if (s.patch != p)
+                    noise[p][d] += double(s.weight) * double(s.weight) * coefficients.noise[s.patch][d];
+        }
+    });
+    std::vector<PerDegree> after = coefficients.noise;
+    for_each_patch(count, [&](std::size_t p) {
+        PerDegree signal{}, share{};
+        double area = 0;
+        for (const uint32_t n : shared.near(p)) {
+            for (std::size_t d = 0; d < kDegrees; ++d)
+                signal[d] += double(shared.area(n)) * (powers[n][d] - noise[n][d]);
+            area += double(shared.area(n));
+        }
+        for (std::size_t d = 0; d < kDegrees; ++d) {
+            const double wanted = signal[d] / area, harm = own[p] * coefficients.noise[p][d];
+            if (wanted > harm) share[d] = (wanted - harm) / (wanted + noise[p][d]);
+            after[p][d] += 2 * share[d] * harm + share[d] * share[d] * noise[p][d];
+        }
+        const RowMatrix detail = detail_of(p);
+        for (Eigen::Index k = 0; k < before.cols(); ++k)
+            coefficients.values.col(k).segment(3 * Eigen::Index(p), 3) +=
+                share[std::size_t(coefficients.degrees[std::size_t(k)])] * detail.col(k);
+    });
+    coefficients.noise = std::move(after);
 }
 
 }  // namespace pim

@@ -10,6 +10,7 @@
 
 #include "bake/cells.h"
 #include "bake/least_squares.h"
+#include "bake/look_up_means.h"
 
 namespace pim {
 
@@ -22,7 +23,8 @@ class Neighbourhoods {
   public:
     Neighbourhoods() = default;  // of no patches: each is fitted for itself
     // `filter`: the noise of different patches is independent, so that they may be averaged.
-    Neighbourhoods(const Cells& cells, bool filter);
+    // `means`: what the look-up shows of these patches; empty: nothing is sharpened.
+    Neighbourhoods(const Cells& cells, bool filter, LookUpMeans means = {});
 
     bool empty() const { return first_.empty(); }
     bool filter() const { return filter_; }
@@ -33,6 +35,7 @@ class Neighbourhoods {
         return {&members_[first_[patch]], first_[patch + 1] - first_[patch]};
     }
     float area(std::size_t patch) const { return area_[patch]; }  // m²
+    const LookUpMeans& means() const { return means_; }
     // exp(-d²/8) for each of far(patch), d the distance of its centroid, in cells.
     const float* closeness(std::size_t patch) const { return &closeness_[first_[patch]]; }
 
@@ -42,6 +45,7 @@ class Neighbourhoods {
     std::vector<uint32_t> members_;
     std::vector<float> area_;
     std::vector<float> closeness_;  // [as members_]
+    LookUpMeans means_;
     bool filter_ = false;
 };
 
@@ -70,5 +74,11 @@ NoisyCoefficients filtered(const NoisyCoefficients& measured, const Neighbourhoo
 // Degrees 1, 2, 3 by tau²/(tau² + sigma²): tau² is the variance of the signal in that degree, estimated over
 // the near window.
 void shrink(NoisyCoefficients& coefficients, const Neighbourhoods& shared);
+
+// Coefficients v moved by s (v - Av), where Av is what the look-up shows of the patch on the whole: the means
+// of what is shown come to those that were measured. For each degree the s, 0 to 1, that makes the mean
+// square error of v least: S is the signal's part in v - Av, pooled over the near window, c the noise of v
+// that v - Av shares, sigma² its own, s = (S - c) / (S + sigma²).
+void sharpen(NoisyCoefficients& coefficients, const Neighbourhoods& shared);
 
 }  // namespace pim

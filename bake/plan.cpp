@@ -58,7 +58,7 @@ nlohmann::json plan_bake(const std::filesystem::path& description, const std::ve
         {"patches", cells.patches.size()},
         {"light_samples", samples.size()},
         {"photons_total", scene.bake.photons * samples.size()},
-        {"rays_per_photon", trial.surfaces_per_photon + 1},
+        {"rays_per_photon", trial.rays_per_photon},
         // Sums of one box in double and 32 volumes at a time, neighbourhoods, the map, one grid of OpenVDB.
         {"memory_bytes", uint64_t(patches * (3 * 8 * (kTermCount + 32) + 500) + map_bytes + 1e8)},
         {"disk_bytes", uint64_t(map_bytes + volume_bytes * double(samples.size()))},

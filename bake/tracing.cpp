@@ -86,19 +86,27 @@ void Tracing::note_seconds(const char* key, double seconds) const {
 
 namespace {
 
-PhotonTrial trace_some(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
+struct Pace {
+    double seconds, surfaces;  // per photon
+};
+
+Pace trace_some(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed,
+                uint64_t together) {
     constexpr std::size_t kBlocks = 64;
     constexpr uint64_t kPhotons = 512;
     std::vector<uint64_t> landings(kBlocks);
     const Stopwatch watch;
     parallel_for(kBlocks, [&](std::size_t block) {
         EnergyAccount ignored;
-        for (uint64_t i = 0; i < kPhotons; ++i) {
-            RandomStream random(scene.bake.seed, RandomPurpose::reach, 2, block << 20 | i);
-            const Light& light = scene.lights[i % scene.lights.size()];
-            const Vec3 from = random_lamp_position(light, allowed, random);
-            trace_photon(
-                scene, caster, light, from, random, [&](const Landing&) { ++landings[block]; }, ignored);
+        for (uint64_t i = 0; i < kPhotons; i += together) {
+            std::vector<RandomStream> random;
+            for (uint64_t k = 0; k < together; ++k)
+                random.emplace_back(scene.bake.seed, RandomPurpose::reach, 2, block << 20 | (i + k));
+            const Light& light = scene.lights[i / together % scene.lights.size()];
+            const Vec3 from = random_lamp_position(light, allowed, random[0]);
+            trace_photons(
+                scene, caster, sample_emission(light, from, random[0]), random,
+                [&](const Landing&) { ++landings[block]; }, ignored);
         }
     });
     const double seconds = watch.seconds(), photons = double(kBlocks * kPhotons);
@@ -110,8 +118,11 @@ PhotonTrial trace_some(const Scene& scene, const RayCaster& caster, const Positi
 }  // namespace
 
 PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed) {
-    trace_some(scene, caster, allowed);  // wakes threads and caches
-    return trace_some(scene, caster, allowed);
+    const auto together = uint64_t(photons_of_a_start(scene));
+    trace_some(scene, caster, allowed, 1);  // wakes threads and caches
+    const Pace alone = trace_some(scene, caster, allowed, 1);
+    const Pace baked = together > 1 ? trace_some(scene, caster, allowed, together) : alone;
+    return {baked.seconds, alone.seconds, alone.surfaces + 1 / double(together)};
 }
 
 Solids solids_of(const Scene& scene) {

@@ -40,7 +40,9 @@ Solids solids_of(const Scene& scene);
 
 // What a photon costs on this machine, from some thousand of all lamps.
 struct PhotonTrial {
-    double seconds_per_photon, surfaces_per_photon;
+    double seconds_per_photon;  // as a bake traces them
+    double seconds_alone;       // each from a start of its own
+    double rays_per_photon;     // of a bake
 };
 PhotonTrial time_photons(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed);
 

@@ -14,15 +14,6 @@ namespace {
 constexpr double kPositionsPerTerm = 2;  // fewer in a box are too few to try it
 constexpr int kGroups = 5;
 
-// Some of the patches, and no more.
-Cells part_of(const Cells& cells, const std::vector<uint32_t>& patches) {
-    Cells part;
-    part.grid = cells.grid;
-    for (const uint32_t p : patches) part.patches.push_back(cells.patches[p]);
-    part.index = PatchIndex(part.grid, part.patches);
-    return part;
-}
-
 }  // namespace
 
 double TrialFigures::noise_sum() const { return std::accumulate(noise.begin(), noise.end(), 0.0); }
@@ -30,7 +21,7 @@ double TrialFigures::noise_sum() const { return std::accumulate(noise.begin(), n
 TrialFits::TrialFits(const Tracing& tracing, const HeldOut& held_out)
     : tracing_(tracing),
       held_out_(held_out),
-      shared_(neighbourhoods(tracing.scene(), part_of(tracing.cells(), held_out.patches()))),
+      shared_(neighbourhoods(tracing.scene(), tracing.cells(), held_out.patches())),
       lamps_(tracing.scene().lights.size()) {}
 
 void TrialFits::add(int light, const std::vector<LightSample>& samples) {

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Counts up when the same settings give other volumes than before, so that old ones are not mixed in.
-constexpr int kTracerVersion = 8;
+constexpr int kTracerVersion = 9;
 
 std::string text(const Vec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); }
 
@@ -48,6 +48,38 @@ std::vector<FragmentKey> unpack(const std::string& bytes) {
         keys[i].place = uint8_t(bytes[13 * i + 12]);
     }
     return keys;
+}
+
+std::string pack(const LookUpMeans& means) {
+    std::string bytes;
+    const auto append = [&](const auto& value) {
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    for (std::size_t p = 0; p < means.patches(); ++p) {
+        append(uint32_t(means.of(p).size()));
+        for (const auto& share : means.of(p)) append(share.patch), append(share.weight);
+    }
+    return bytes;
+}
+
+LookUpMeans unpack_means(const std::string& bytes) {
+    std::vector<LookUpMeans::Row> rows;
+    std::size_t at = 0;
+    const auto take = [&](auto& value) {
+        if (at + sizeof value > bytes.size()) throw Error("cells.vdb: look_up_means ends too early");
+        std::memcpy(&value, &bytes[at], sizeof value);
+        at += sizeof value;
+    };
+    while (at < bytes.size()) {
+        uint32_t count = 0;
+        take(count);
+        LookUpMeans::Row& row = rows.emplace_back();
+        for (uint32_t i = 0; i < count; ++i) {
+            auto& share = row.emplace_back();
+            take(share.patch), take(share.weight);
+        }
+    }
+    return rows.empty() ? LookUpMeans() : LookUpMeans(rows);
 }
 
 void check_settings(const VdbReader& file, const std::string& settings, const fs::path& path) {
@@ -141,6 +173,7 @@ std::optional<Cells> WorkFolder::read_cells() const {
             cells.split[slots[f].patches[i]] = {{normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]},
                                                 offset[i]};
     }
+    cells.means = unpack_means(file.text("look_up_means"));
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
     cells.counted_area = file.number("counted_area");
@@ -156,6 +189,7 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["grid_cell_size"] = cells.grid.cell_size;
     m["grid_size"] = Vec3d(cells.grid.size);
     m["grid_facings"] = double(cells.grid.facings);
+    m["look_up_means"] = pack(cells.means);
     m["left_out_fragments"] = pack(cells.left_out);
     m["surface_area"] = cells.surface_area;
     m["counted_area"] = cells.counted_area;

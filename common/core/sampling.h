@@ -49,8 +49,8 @@ inline double golden_sequence(uint64_t k, int axis, int dimensions) {
 }
 
 // The same in two dimensions, without powers and with another start: for inner loops.
-inline Imath::V2d golden_place(int k) {
-    const double x = (k + 0.5) * 0.7548776662466927, y = (k + 0.5) * 0.5698402909980532;
+inline Imath::V2d golden_place(int64_t k) {
+    const double x = (double(k) + 0.5) * 0.7548776662466927, y = (double(k) + 0.5) * 0.5698402909980532;
     return {x - std::floor(x), y - std::floor(y)};
 }
 

@@ -13,12 +13,17 @@ RectangleShape::RectangleShape(Vec2 s, Vec3 n) : size(s), normal(n.normalized())
 
 Emission sample_emission(const Light& light, const Vec3& position, RandomStream& random) {
     const float u1 = random.next(), u2 = random.next();
+    return sample_emission(light, position, {u1, u2}, random);
+}
+
+Emission sample_emission(const Light& light, const Vec3& position, const Vec2& direction,
+                         RandomStream& random) {
     const RectangleShape* rectangle = light.rectangle();
-    if (!rectangle) return {position, sample_sphere(u1, u2)};
+    if (!rectangle) return {position, sample_sphere(direction.x, direction.y)};
     const float s = random.next() - 0.5f, t = random.next() - 0.5f;
     const Vec3 origin = position + rectangle->axes[0] * (s * rectangle->size.x) +
                         rectangle->axes[1] * (t * rectangle->size.y);
-    return {origin, Frame(rectangle->normal).to_world(sample_cosine_hemisphere(u1, u2))};
+    return {origin, Frame(rectangle->normal).to_world(sample_cosine_hemisphere(direction.x, direction.y))};
 }
 
 Rgb emitted_radiance(const RectangleShape& shape, const Rgb& power) { return power / (kPi * shape.area()); }

@@ -58,6 +58,9 @@ struct Emission {
 
 // A photon's start from a lamp at `position`; all photons carry the same power.
 Emission sample_emission(const Light& light, const Vec3& position, RandomStream& random);
+// Its direction from two numbers, uniform in [0, 1).
+Emission sample_emission(const Light& light, const Vec3& position, const Vec2& direction,
+                         RandomStream& random);
 
 // Radiance of a rectangular lamp of `power` per channel: power / (pi · area), W/(m² sr).
 Rgb emitted_radiance(const RectangleShape& shape, const Rgb& power);

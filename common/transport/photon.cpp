@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/transport/photon.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pim {
@@ -14,13 +15,19 @@ struct Photon {
     EnergyAccount lost;
 };
 
-Fate follow(const Scene& scene, const RayCaster& caster, Photon& photon, RandomStream& random,
-            const LandingFunction& landed, int most_surfaces) {
+std::optional<SurfacePoint> next_surface(const Scene& scene, const RayCaster& caster, const Ray& ray) {
+    const auto hit = caster.intersect(ray);
+    return hit ? std::optional(surface_at(scene, *hit)) : std::nullopt;
+}
+
+// From the first surface on; none: it met nothing.
+Fate follow(const Scene& scene, const RayCaster& caster, std::optional<SurfacePoint> next, Photon& photon,
+            RandomStream& random, const LandingFunction& landed, int most_surfaces) {
     bool begins_specular = false, all_specular = true;
     for (int met = 0; met < most_surfaces; ++met) {
-        const auto hit = caster.intersect(photon.ray);
-        if (!hit) return Fate::escaped;
-        const SurfacePoint surface = surface_at(scene, *hit);
+        if (met > 0) next = next_surface(scene, caster, photon.ray);
+        if (!next) return Fate::escaped;
+        const SurfacePoint& surface = *next;
         const Vec3 in = photon.ray.direction;
         if (!surface.material->glass) {
             const Rgb flux = photon.flux * landing_factor(surface, in);
@@ -44,6 +51,19 @@ Fate follow(const Scene& scene, const RayCaster& caster, Photon& photon, RandomS
     return Fate::cut_off;
 }
 
+void add_to(EnergyAccount& account, Photon& photon, Fate fate) {
+    EnergyAccount& own = photon.lost;
+    own.emitted = 1;
+    own.absorbed = fate == Fate::absorbed;
+    own.escaped = fate == Fate::escaped;
+    own.cut_off = fate == Fate::cut_off;
+    if (fate == Fate::escaped) own.escaped_flux = Vec3d(photon.flux);
+    if (fate == Fate::cut_off) own.cut_off_flux = Vec3d(photon.flux);
+    const Vec3d total = own.total_flux();
+    own.squared_flux = total * total;
+    account.add(own);
+}
+
 }  // namespace
 
 void EnergyAccount::add(const EnergyAccount& o) {
@@ -65,18 +85,25 @@ void trace_photon(const Scene& scene, const RayCaster& caster, const Light& ligh
                   RandomStream& random, const LandingFunction& landed, EnergyAccount& account,
                   int most_surfaces) {
     const Emission start = sample_emission(light, light_position, random);
-    Photon photon{.ray = {start.origin, start.direction}, .lost = {}};
-    const Fate fate = follow(scene, caster, photon, random, landed, most_surfaces);
-    EnergyAccount& own = photon.lost;
-    own.emitted = 1;
-    own.absorbed = fate == Fate::absorbed;
-    own.escaped = fate == Fate::escaped;
-    own.cut_off = fate == Fate::cut_off;
-    if (fate == Fate::escaped) own.escaped_flux = Vec3d(photon.flux);
-    if (fate == Fate::cut_off) own.cut_off_flux = Vec3d(photon.flux);
-    const Vec3d total = own.total_flux();
-    own.squared_flux = total * total;
-    account.add(own);
+    trace_photons(scene, caster, start, {&random, 1}, landed, account, most_surfaces);
+}
+
+void trace_photons(const Scene& scene, const RayCaster& caster, const Emission& start,
+                   std::span<RandomStream> random, const LandingFunction& landed, EnergyAccount& account,
+                   int most_surfaces) {
+    const Ray ray{start.origin, start.direction};
+    const auto first = next_surface(scene, caster, ray);
+    for (RandomStream& own : random) {
+        Photon photon{.ray = ray, .lost = {}};
+        add_to(account, photon, follow(scene, caster, first, photon, own, landed, most_surfaces));
+    }
+}
+
+int photons_of_a_start(const Scene& scene) {
+    const bool only_indirect = scene.bake.components == std::vector{Component::indirect};
+    const bool all_diffuse = std::ranges::all_of(
+        scene.materials, [](const Material& m) { return !m.glass && is_black(m.specular); });
+    return only_indirect && all_diffuse ? kPhotonsOfAStart : 1;
 }
 
 }  // namespace pim

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "common/scene/light.h"
 #include "common/transport/scattering.h"
@@ -45,5 +46,17 @@ using LandingFunction = std::function<void(const Landing&)>;
 void trace_photon(const Scene& scene, const RayCaster& caster, const Light& light, const Vec3& light_position,
                   RandomStream& random, const LandingFunction& landed, EnergyAccount& account,
                   int most_surfaces = kMaxPhotonBounces);
+
+// Photons that leave the lamp along one way, one for each random stream, and go their own ways from the first
+// surface on. Each by itself is like any other photon; together they cost less rays, for the noise of what
+// they bring later nearly as many photons.
+void trace_photons(const Scene& scene, const RayCaster& caster, const Emission& start,
+                   std::span<RandomStream> random, const LandingFunction& landed, EnergyAccount& account,
+                   int most_surfaces = kMaxPhotonBounces);
+
+// How many photons of a bake share a start: one where the first landing counts by itself (direct light), or
+// where a mirror or glass would send all of them on along one way.
+inline constexpr int kPhotonsOfAStart = 8;
+int photons_of_a_start(const Scene& scene);
 
 }  // namespace pim
