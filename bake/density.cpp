@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/density.h"
 
-#include <cmath>
-
+#include "bake/sample_photons.h"
 #include "common/core/parallel.h"
-#include "common/core/sampling.h"
 #include "common/render/photon_tree.h"
 
 namespace pim {
@@ -12,7 +10,6 @@ namespace {
 
 constexpr uint64_t kChunk = uint64_t{1} << 19;  // photons summed by one thread, whatever the thread count
 constexpr std::size_t kChunksAtOnce = 8;
-constexpr uint64_t kNoPhoton = ~uint64_t{0};
 
 // What a landing leaves in a patch, summed in double.
 struct PatchSums {
@@ -48,49 +45,18 @@ class Tracer {
   public:
     Tracer(const Scene& scene, const RayCaster& caster, const Cells& cells, const SurfaceCells& surface,
            const LightSample& sample)
-        : scene_(scene),
-          caster_(caster),
-          cells_(cells),
-          surface_(surface),
-          sample_(sample),
-          together_(uint64_t(photons_of_a_start(scene))),
-          shift_(shift()) {}
+        : scene_(scene), cells_(cells), surface_(surface), photons_(scene, caster, sample) {}
 
     Chunk trace(uint64_t begin, uint64_t end) const {
         Chunk chunk;
         if (scene_.grid.estimator == Estimator::area)
             for (const Component c : scene_.bake.components) chunk.sums[int(c)].resize(cells_.patches.size());
         const auto landed = [&](const Landing& landing) { deposit(landing, chunk); };
-        std::vector<RandomStream> random;
-        for (uint64_t first = begin; first < end; first += together_) {
-            random.clear();
-            for (uint64_t photon = first; photon < std::min(end, first + together_); ++photon)
-                random.push_back(stream(photon));
-            const Emission start = sample_emission(scene_.lights[sample_.light], sample_.position,
-                                                   direction(first / together_), random[0]);
-            trace_photons(scene_, caster_, start, random, landed, chunk.account);
-        }
+        photons_.trace(begin, end, landed, chunk.account);
         return chunk;
     }
 
   private:
-    RandomStream stream(uint64_t number) const {
-        return {scene_.bake.seed, RandomPurpose::photons, photon_stream(sample_), number};
-    }
-
-    // Starts are spread evenly: what comes of one lights all of the scene.
-    Vec2 direction(uint64_t start) const {
-        const Imath::V2d place = golden_place(int64_t(start)) + shift_;
-        return {below_one(place.x - std::floor(place.x)), below_one(place.y - std::floor(place.y))};
-    }
-    static float below_one(double x) { return std::min(float(x), 0x1.fffffep-1f); }
-
-    Imath::V2d shift() const {
-        RandomStream random = stream(kNoPhoton);
-        const float x = random.next();
-        return {x, random.next()};
-    }
-
     void deposit(const Landing& landing, Chunk& chunk) const {
         const Component component = landing.straight ? Component::direct : Component::indirect;
         if (std::ranges::find(scene_.bake.components, component) == scene_.bake.components.end()) return;
@@ -108,12 +74,9 @@ class Tracer {
     }
 
     const Scene& scene_;
-    const RayCaster& caster_;
     const Cells& cells_;
     const SurfaceCells& surface_;
-    const LightSample& sample_;
-    uint64_t together_;  // photons of one start
-    Imath::V2d shift_;   // of all starts
+    SamplePhotons photons_;
 };
 
 // E = flux / area, per emitted photon.
@@ -184,10 +147,6 @@ std::optional<Index3> counted_cell(const Cells& cells, const SurfaceCells& surfa
 std::optional<Rgb> stored_flux(const Landing& landing, Store store) {
     if (store == Store::incident) return landing.flux;
     return landing.ends ? std::optional(landing.flux / landing.chance_of_ending) : std::nullopt;
-}
-
-uint32_t photon_stream(const LightSample& sample) {
-    return (uint32_t(sample.light) << 20 ^ uint32_t(sample.number)) & 0x3ffffff;
 }
 
 DensityVolume trace_density(const Scene& scene, const RayCaster& caster, const Cells& cells,

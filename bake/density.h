@@ -40,9 +40,6 @@ void for_each_patch_at(const Cells& cells, const Index3& cell, const SurfacePoin
 // What a landing leaves, of a photon that started with 1 per channel; none where it is not stored.
 std::optional<Rgb> stored_flux(const Landing& landing, Store store);
 
-// Random numbers of photons that belong to one lamp position.
-uint32_t photon_stream(const LightSample& sample);
-
 // Traces the photons of one lamp position and gathers them. Same bytes at any thread count.
 DensityVolume trace_density(const Scene& scene, const RayCaster& caster, const Cells& cells,
                             const SurfaceCells& surface, const LightSample& sample);

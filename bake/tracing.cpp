@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bake/sample_photons.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"

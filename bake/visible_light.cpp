@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "bake/sample_photons.h"
 #include "common/core/parallel.h"
 #include "common/map/irradiance.h"
 
@@ -57,6 +58,7 @@ std::vector<Landed> landed_light(const Scene& scene, const RayCaster& caster, co
     const uint64_t photons = scene.bake.photons, chunks = (photons + kChunk - 1) / kChunk;
     const float lift = kLift * float(cells.grid.cell_size);
     std::vector<std::vector<Landed>> parts(chunks);
+    const SamplePhotons source(scene, caster, sample);
     parallel_for(chunks, [&](std::size_t chunk) {
         EnergyAccount account;
         const auto landed = [&](const Landing& landing) {
@@ -72,11 +74,7 @@ std::vector<Landed> landed_light(const Scene& scene, const RayCaster& caster, co
                 parts[chunk].push_back({uint32_t(patch), lifted(s, lift), *flux * power * scale});
             });
         };
-        for (uint64_t p = chunk * kChunk; p < std::min(photons, (chunk + 1) * kChunk); ++p) {
-            RandomStream random(scene.bake.seed, RandomPurpose::photons, photon_stream(sample), p);
-            trace_photon(scene, caster, scene.lights[std::size_t(sample.light)], sample.position, random,
-                         landed, account);
-        }
+        source.trace(chunk * kChunk, std::min(photons, (chunk + 1) * kChunk), landed, account);
     });
     std::vector<Landed> all;
     for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());

@@ -23,7 +23,7 @@ SweepOptions options_of(const std::string& folder, const std::vector<std::string
     SweepOptions options;
     for (const std::string& axis : axes) options.axes.push_back(parse_axis(axis));
     options.folder = test_folder() / folder;
-    options.evaluate = {.lights = 4, .pixels = 200, .paths = 16, .geometry = {}};
+    options.evaluate = {.lights = 4, .pixels = 200, .paths = 128, .geometry = {}};
     return options;
 }
 

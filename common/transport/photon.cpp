@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/transport/photon.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace pim {
@@ -97,13 +96,6 @@ void trace_photons(const Scene& scene, const RayCaster& caster, const Emission& 
         Photon photon{.ray = ray, .lost = {}};
         add_to(account, photon, follow(scene, caster, first, photon, own, landed, most_surfaces));
     }
-}
-
-int photons_of_a_start(const Scene& scene) {
-    const bool only_indirect = scene.bake.components == std::vector{Component::indirect};
-    const bool all_diffuse = std::ranges::all_of(
-        scene.materials, [](const Material& m) { return !m.glass && is_black(m.specular); });
-    return only_indirect && all_diffuse ? kPhotonsOfAStart : 1;
 }
 
 }  // namespace pim

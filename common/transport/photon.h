@@ -54,9 +54,4 @@ void trace_photons(const Scene& scene, const RayCaster& caster, const Emission& 
                    std::span<RandomStream> random, const LandingFunction& landed, EnergyAccount& account,
                    int most_surfaces = kMaxPhotonBounces);
 
-// How many photons of a bake share a start: one where the first landing counts by itself (direct light), or
-// where a mirror or glass would send all of them on along one way.
-inline constexpr int kPhotonsOfAStart = 8;
-int photons_of_a_start(const Scene& scene);
-
 }  // namespace pim
