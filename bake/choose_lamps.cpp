@@ -23,8 +23,10 @@ constexpr int kRounds = 4;               // of doubling, about, that the photons
 constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
 constexpr double kReadSeconds = 6e-7;    // ... more, where volumes must be read from their files
 constexpr double kBoxSeconds = 4e-6;     // ... per box and patch
-constexpr double kMendSeconds = 1.5e-3;  // ... of which all would have to be mended
+constexpr double kMendSeconds = 8e-4;    // ... of which all would have to be mended
 constexpr double kWriteSeconds = 3e-7;   // ... per box, patch and term
+constexpr double kLeastGrowth = 0.05;    // of the photons: less is not worth another round
+constexpr double kLastShare = 0.8;       // of the time left for photons that are not judged any more
 constexpr double kMeasuresOfARound = 3;  // fits that are tried, in times that one measure takes
 constexpr int kMostBoxes = 16;           // per axis
 constexpr double kMostBoxesInAll = 512;
@@ -177,12 +179,15 @@ class LampChooser {
 
     // Photons in all that the budget allows, as a multiple of those traced.
     double affordable() const {
-        const double positions = photons_in_all() / photons(), patches = patch_count();
-        const double as_far =
-            positions * (photon_seconds_ * photons() + read_seconds(patches * positions) * patches);
         const double judging = kMeasuresOfARound * measure_seconds_;
-        const double more = (goal_.left() - end_seconds() - judging) / (as_far + judging);
+        const double more = (goal_.left() - end_seconds() - judging) / (seconds_of_as_many() + judging);
         return 1 + std::max(0.0, more);
+    }
+
+    // To trace and fit as many photons again as there are.
+    double seconds_of_as_many() const {
+        const double positions = photons_in_all() / photons(), patches = patch_count();
+        return positions * (photon_seconds_ * photons() + read_seconds(patches * positions) * patches);
     }
 
     // Of the last fit and the map.
@@ -294,17 +299,45 @@ class LampChooser {
     bool grow() {
         if (std::ranges::none_of(lights_, &Light::choose_samples)) return false;
         const double factor = goal_.has_budget() ? budget_growth() : target_growth();
-        if (!(factor > 1)) return false;
+        if (!(factor > 1)) {
+            if (goal_.has_budget() && !met_) use_what_is_left();
+            return false;
+        }
         share_out(factor);
         return true;
     }
 
+    // Too little to judge another round: more positions for what was chosen.
+    void use_what_is_left() {
+        const double factor = 1 + kLastShare * (goal_.left() - end_seconds()) / seconds_of_as_many();
+        if (factor > 1 + kLeastGrowth) {
+            const double before = photons_in_all();
+            share_out(factor);
+            trace_missing();
+            expect_noise_of(before / photons_in_all());
+        }
+        log_info(fmt::format("the time is used: error {:.4f}; twice the photons would make it about {:.4f}",
+                             figures_.error.relrmse, figures_.error.relrmse * share_with_noise_of(0.5)));
+    }
+
+    // Of the error, with so much of its squared noise.
+    double share_with_noise_of(double share) const {
+        const double square = figures_.square, noise = std::min(figures_.noise_sum(), square);
+        return square > 0 ? std::sqrt(std::max(0.0, 1 - (1 - share) * noise / square)) : 1;
+    }
+
+    void expect_noise_of(double share) {
+        figures_.error.relrmse *= share_with_noise_of(share);
+        figures_.square *= std::pow(share_with_noise_of(share), 2);
+        for (double& noise : figures_.noise) noise *= share;
+    }
+
     // Beyond the doubt that is left of the figure.
-    bool is_met() const {
+    bool is_met() {
         const double target = goal_.target();
-        const bool met = figures_.error.relrmse + figures_.error.standard_error <= kMetShare * target;
-        if (met) log_info(fmt::format("the target of {} is met", target));
-        return met;
+        met_ = figures_.error.relrmse + figures_.error.standard_error <= kMetShare * target;
+        if (met_) log_info(fmt::format("the target of {} is met", target));
+        return met_;
     }
 
     double target_growth() {
@@ -325,14 +358,7 @@ class LampChooser {
     double budget_growth() {
         if (is_met()) return 0;
         const double more = affordable();
-        if (more < 1.05) {
-            const double noise = figures_.noise_sum(), square = figures_.square;
-            log_info(
-                fmt::format("the time is used: error {:.4f}; twice the photons would make it about {:.4f}",
-                            figures_.error.relrmse,
-                            figures_.error.relrmse * std::sqrt(std::max(0.0, 1 - 0.5 * noise / square))));
-            return 0;
-        }
+        if (more < 1 + kLeastGrowth) return 0;
         return more < 2 * kFastest ? more : kFastest;  // no small round in the end, which costs a judgement
     }
 
@@ -370,6 +396,7 @@ class LampChooser {
     std::optional<TrialFits> fits_;
     std::vector<Light> lights_;
     int degree_ = 3;
+    bool met_ = false;  // the target
     TrialFigures figures_;
     std::vector<std::vector<Index3>> tried_;  // boxes of all lamps, in this round
 };
