@@ -149,9 +149,9 @@ class CellChooser {
     // So many per position that the planned positions hold all that are needed.
     void choose_photons() {
         const GridFigures& grid = choice_.grid;
-        const double wanted = goal_.has_budget() ? photons_left(0)
-                                                 : map_noise(grid) / std::max(goal_.square() - grid.square,
-                                                                              0.2 * goal_.square());
+        // The polynomial may make as much of the error as the grid.
+        const double room = std::max(goal_.square() - 2 * grid.square, 0.2 * goal_.square());
+        const double wanted = goal_.has_budget() ? photons_left(0) : map_noise(grid) / room;
         double positions = 0;
         for (const Light& light : scene_.lights) positions += planned_positions(light);
         const double fewest = std::max(2000.0, 0.2 * double(grid.patches));

@@ -52,6 +52,22 @@ Vec3d centroid(const Polygon& p) {
     return total > 0 ? sum / total : p[0];
 }
 
+// Weights of the second and third corner.
+Imath::V2d barycentric(const std::array<Vec3, 3>& corners, const Vec3d& place) {
+    const Vec3d a(corners[0]), e1 = Vec3d(corners[1]) - a, e2 = Vec3d(corners[2]) - a, d = place - a;
+    const double d11 = e1.dot(e1), d12 = e1.dot(e2), d22 = e2.dot(e2), q1 = d.dot(e1), q2 = d.dot(e2);
+    const double determinant = d11 * d22 - d12 * d12;
+    return {(d22 * q1 - d12 * q2) / determinant, (d11 * q2 - d12 * q1) / determinant};
+}
+
+// Shading normal at a place of a triangle.
+Vec3 normal_at(const Geometry& geometry, uint32_t triangle, Side side, const Vec3d& place) {
+    if (geometry.normals[geometry.triangles[triangle].vertices[0]] == Vec3(0))  // flat
+        return shading_normal(geometry, triangle, side, 0, 0);
+    const auto b = barycentric(geometry.corners(triangle), place);
+    return shading_normal(geometry, triangle, side, float(b.x), float(b.y));
+}
+
 class Cutter {
   public:
     Cutter(const Scene& scene, const SurfaceCells& cells, uint32_t triangle, std::vector<Fragment>& out)
@@ -103,7 +119,7 @@ class Cutter {
         for (const Vec3d& p : polygon) fragment.box.extendBy(Vec3(p));
         const auto& v = geometry_.triangles[triangle_].vertices;
         if (geometry_.normals[v[0]] == Vec3(0)) {
-            add_facings(fragment, shading_normal(geometry_, triangle_, side_, 0, 0), whole);
+            add_facings(fragment, normal_at(geometry_, triangle_, side_, polygon[0]), whole);
         } else {
             for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
                 integrate_facings(fragment, {polygon[0], polygon[i], polygon[i + 1]});
@@ -115,23 +131,14 @@ class Cutter {
     void integrate_facings(Fragment& fragment, const Polygon& part) {
         const double third = polygon_area(part) / 3;
         for (int i = 0; i < 3; ++i) {
-            const auto b = barycentric(0.5 * (part[i] + part[(i + 1) % 3]));
-            add_facings(fragment, shading_normal(geometry_, triangle_, side_, float(b.x), float(b.y)), third);
+            const Vec3d middle = 0.5 * (part[i] + part[(i + 1) % 3]);
+            add_facings(fragment, normal_at(geometry_, triangle_, side_, middle), third);
         }
     }
 
     void add_facings(Fragment& fragment, const Vec3& normal, double part) {
         const FacingWeights facing = facing_weights(grid_, normal);
         for (int f = 0; f < kFacingCount; ++f) fragment.facing_area[f] += facing.weight[f] * float(part);
-    }
-
-    // Weights of the second and third corner.
-    Imath::V2d barycentric(const Vec3d& p) const {
-        const auto c = geometry_.corners(triangle_);
-        const Vec3d a(c[0]), e1 = Vec3d(c[1]) - a, e2 = Vec3d(c[2]) - a, d = p - a;
-        const double d11 = e1.dot(e1), d12 = e1.dot(e2), d22 = e2.dot(e2), q1 = d.dot(e1), q2 = d.dot(e2);
-        const double determinant = d11 * d22 - d12 * d12;
-        return {(d22 * q1 - d12 * q2) / determinant, (d11 * q2 - d12 * q1) / determinant};
     }
 
     const Geometry& geometry_;
@@ -177,6 +184,10 @@ double fragment_bytes(const Scene& scene, const CellGrid& grid) {
         count += 2 * share_in_grid(corners, grid) * (1 + area(corners) / (fine * fine));
     }
     return 5 * count * sizeof(Fragment);  // and what finds the unlit ones and cuts them
+}
+
+Vec3 normal_at_centre(const Geometry& geometry, const Fragment& fragment) {
+    return normal_at(geometry, fragment.key.triangle, Side(fragment.key.place % 2), Vec3d(fragment.centre));
 }
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine) {

@@ -24,6 +24,8 @@ struct Fragment {
     Box3 box;                                       // local, m
 };
 
+Vec3 normal_at_centre(const Geometry& geometry, const Fragment& fragment);  // shading normal, of its side
+
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "bake/density.h"
-#include "bake/look_up_means.h"
 #include "common/core/log.h"
 #include "common/core/parallel.h"
 #include "common/core/stopwatch.h"
@@ -24,12 +23,6 @@ constexpr double kNoiseAllowed = 10;
 constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
 constexpr double kTimeGrowth = 0.5;   // power of the patches with which the time for a size grows, about
 constexpr double kErrorGrowth = 1.4;  // ... of the cells' size with which their squared error grows, about
-
-// As a fit without noise would have them.
-std::vector<HeldOut::Values> sharpened(std::vector<HeldOut::Values> volumes, const LookUpMeans& means) {
-    for (HeldOut::Values& values : volumes) values = sharpened(values, means);
-    return volumes;
-}
 
 }  // namespace
 
@@ -59,11 +52,8 @@ const GridFigures& GridSearch::measure_as_set(double cell_size) {
     measured_ = find_cells(scene_, caster_, allowed_);
     held_out_.set_cells(scene_, caster_, measured_);
     const auto a = own_volumes(measured_, 1), b = own_volumes(measured_, 2);
-    const LookUpMeans means =
-        scene_.bake.shrinkage ? measured_.means.part(held_out_.patches()) : LookUpMeans();
-    const double square = held_out_.likely_square(sharpened(a, means), sharpened(b, means));
     GridFigures& figures = known_[cell_size];
-    figures = {cell_size, std::max(square, least_square(cell_size)),
+    figures = {cell_size, std::max(held_out_.likely_square(a, b), least_square(cell_size)),
                held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), measured_.patches.size()};
     log_info(
         fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "

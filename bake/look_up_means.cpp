@@ -23,14 +23,6 @@ void add(Row& row, uint32_t patch, float weight) {
         row.push_back({patch, weight});
 }
 
-// Weights of the second and third corner.
-Vec2 barycentric(const std::array<Vec3, 3>& corners, const Vec3& place) {
-    const Vec3d a(corners[0]), e1 = Vec3d(corners[1]) - a, e2 = Vec3d(corners[2]) - a, d = Vec3d(place) - a;
-    const double d11 = e1.dot(e1), d12 = e1.dot(e2), d22 = e2.dot(e2), q1 = d.dot(e1), q2 = d.dot(e2);
-    const double determinant = d11 * d22 - d12 * d12;
-    return Vec2(float((d22 * q1 - d12 * q2) / determinant), float((d11 * q2 - d12 * q1) / determinant));
-}
-
 class Adder {
   public:
     Adder(const Scene& scene, const Cells& cells)
@@ -43,7 +35,7 @@ class Adder {
         if (!own) return;
         const Vec3 from_centre(Vec3d(f.centre) - cells_.grid.centre(cell));
         thread_local std::vector<PatchShare> shares;
-        look_up(map_, f.centre, normal_at(f), shares);
+        look_up(map_, f.centre, normal_at_centre(scene_.geometry, f), shares);
         for (int k = 0; k < kFacingCount; ++k) {
             const int patch = f.facing_area[k] > 0 ? cells_.patch_at(*own, k, from_centre) : -1;
             if (patch < 0) continue;
@@ -53,12 +45,6 @@ class Adder {
     }
 
   private:
-    Vec3 normal_at(const Fragment& f) const {
-        const auto corners = scene_.geometry.corners(f.key.triangle);
-        const auto b = barycentric(corners, f.centre);
-        return shading_normal(scene_.geometry, f.key.triangle, Side(f.key.place % 2), b.x, b.y);
-    }
-
     const Scene& scene_;
     const Cells& cells_;
     IlluminationMap map_;

@@ -132,6 +132,46 @@ Choice choose(const std::array<std::vector<Trial>, 2>& tried, const PerDegree& o
     return choice;
 }
 
+// What a patch has beyond the mean that the look-up shows of it: channel × term.
+RowMatrix beyond_mean(const RowMatrix& values, const LookUpMeans& means, std::size_t patch) {
+    RowMatrix beyond = values.middleRows(3 * Eigen::Index(patch), 3);
+    for (const auto& s : means.of(patch))
+        beyond -= double(s.weight) * values.middleRows(3 * Eigen::Index(s.patch), 3);
+    return beyond;
+}
+
+struct Detail {
+    PerDegree square{}, noise{};  // mean square of it, and what noise makes of that
+    double own = 1;               // share of the patch's own noise in it
+};
+
+Detail detail(const NoisyCoefficients& c, const LookUpMeans& means, std::size_t patch) {
+    Detail detail{.square = mean_squares(beyond_mean(c.values, means, patch), c.degrees)};
+    for (const auto& s : means.of(patch)) {
+        const auto weight = double(s.weight);
+        if (s.patch == patch)
+            detail.own -= weight;
+        else
+            for (std::size_t d = 0; d < kDegrees; ++d)
+                detail.noise[d] += weight * weight * c.noise[s.patch][d];
+    }
+    for (std::size_t d = 0; d < kDegrees; ++d) detail.noise[d] += detail.own * detail.own * c.noise[patch][d];
+    return detail;
+}
+
+// Mean square of what is no noise in it, over the near window.
+PerDegree signal_in(const std::vector<Detail>& details, const Neighbourhoods& shared, std::size_t patch) {
+    PerDegree signal{};
+    double area = 0;
+    for (const uint32_t n : shared.near(patch)) {
+        for (std::size_t d = 0; d < kDegrees; ++d)
+            signal[d] += double(shared.area(n)) * (details[n].square[d] - details[n].noise[d]);
+        area += double(shared.area(n));
+    }
+    for (double& s : signal) s /= area;
+    return signal;
+}
+
 }  // namespace
 
 Neighbourhoods::Neighbourhoods(const Cells& cells, bool filter, LookUpMeans means)
@@ -235,48 +275,23 @@ void shrink(NoisyCoefficients& coefficients, const Neighbourhoods& shared) {
 }
 
 void sharpen(NoisyCoefficients& coefficients, const Neighbourhoods& shared) {
-    const RowMatrix before = coefficients.values;
-    const std::size_t count = coefficients.patches();
-    const auto detail_of = [&](std::size_t p) {
-        RowMatrix detail = before.middleRows(3 * Eigen::Index(p), 3);
-        for (const auto& s : shared.means().of(p))
-            detail -= double(s.weight) * before.middleRows(3 * Eigen::Index(s.patch), 3);
-        return detail;
-    };
-    std::vector<PerDegree> noise(count), powers(count);
-    std::vector<double> own(count);  // share of the patch's own noise in its detail
-    for_each_patch(count, [&](std::size_t p) {
-        powers[p] = mean_squares(detail_of(p), coefficients.degrees);
-        own[p] = 1;
-        for (const auto& s : shared.means().of(p))
-            if (s.patch == p) own[p] -= double(s.weight);
+    const NoisyCoefficients before = coefficients;
+    std::vector<Detail> details(before.patches());
+    for_each_patch(details.size(), [&](std::size_t p) { details[p] = detail(before, shared.means(), p); });
+    for_each_patch(details.size(), [&](std::size_t p) {
+        const PerDegree signal = signal_in(details, shared, p);
+        const double own = details[p].own;
+        PerDegree share{};
         for (std::size_t d = 0; d < kDegrees; ++d) {
-            noise[p][d] = own[p] * own[p] * coefficients.noise[p][d];
-            for (const auto& s : shared.means().of(p))
-                if (s.patch != p)
-                    noise[p][d] += double(s.weight) * double(s.weight) * coefficients.noise[s.patch][d];
+            const double noise = details[p].noise[d], harm = own * before.noise[p][d];
+            if (signal[d] > harm) share[d] = (signal[d] - harm) / (signal[d] + noise);
+            coefficients.noise[p][d] += 2 * share[d] * harm + share[d] * share[d] * noise;
         }
-    });
-    std::vector<PerDegree> after = coefficients.noise;
-    for_each_patch(count, [&](std::size_t p) {
-        PerDegree signal{}, share{};
-        double area = 0;
-        for (const uint32_t n : shared.near(p)) {
-            for (std::size_t d = 0; d < kDegrees; ++d)
-                signal[d] += double(shared.area(n)) * (powers[n][d] - noise[n][d]);
-            area += double(shared.area(n));
-        }
-        for (std::size_t d = 0; d < kDegrees; ++d) {
-            const double wanted = signal[d] / area, harm = own[p] * coefficients.noise[p][d];
-            if (wanted > harm) share[d] = (wanted - harm) / (wanted + noise[p][d]);
-            after[p][d] += 2 * share[d] * harm + share[d] * share[d] * noise[p][d];
-        }
-        const RowMatrix detail = detail_of(p);
-        for (Eigen::Index k = 0; k < before.cols(); ++k)
+        const RowMatrix beyond = beyond_mean(before.values, shared.means(), p);
+        for (Eigen::Index k = 0; k < beyond.cols(); ++k)
             coefficients.values.col(k).segment(3 * Eigen::Index(p), 3) +=
-                share[std::size_t(coefficients.degrees[std::size_t(k)])] * detail.col(k);
+                share[std::size_t(before.degrees[std::size_t(k)])] * beyond.col(k);
     });
-    coefficients.noise = std::move(after);
 }
 
 }  // namespace pim
