@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "bake/statistics.h"
 #include "common/core/sampling.h"
@@ -42,12 +41,24 @@ std::vector<std::vector<LightState>> spread_lamps(const Scene& scene, const Soli
     return lamps;
 }
 
-// Mean of what a square can be that was measured with normal error `doubt`: below zero it cannot.
-double not_negative(double measured, double doubt) {
-    if (!(doubt > 0)) return std::max(0.0, measured);
-    const double t = std::max(-30.0, measured / doubt);
-    const double density = std::exp(-0.5 * t * t) / std::sqrt(2 * std::numbers::pi);
-    return doubt * (t + density / (0.5 * std::erfc(-t / std::numbers::sqrt2)));
+// What an error can be whose square was measured with normal error `doubt`, any error from 0 up as likely as any
+// other before: its mean, and the mean of its square.
+struct LikelyError {
+    double mean, square;
+};
+
+LikelyError likely_error(double square, double doubt) {
+    if (!(doubt > 0)) return {std::sqrt(std::max(0.0, square)), std::max(0.0, square)};
+    constexpr int kSteps = 400;
+    const double t = std::clamp(square / doubt, -8.0, 1e6), unit = std::sqrt(doubt);
+    const double low = std::sqrt(std::max(0.0, t - 8)), high = std::sqrt(std::max(0.0, t) + 8);
+    double all = 0, first = 0, second = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double x = low + (high - low) * (i + 0.5) / kSteps, beyond = t - x * x;
+        const double likely = std::exp(-0.5 * beyond * beyond + (t < 0 ? 0.5 * t * t : 0));
+        all += likely, first += likely * x, second += likely * x * x;
+    }
+    return {unit * first / all, doubt * second / all};
 }
 
 // Diffuse surfaces that a ray sees, with the radiance that irradiance 1 there would send along it.
@@ -174,7 +185,7 @@ double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& 
 
 double HeldOut::likely_square(const std::vector<Values>& a, const std::vector<Values>& b) const {
     const auto all = squares(a, b);
-    return not_negative(mean(all), standard_error(all));
+    return likely_error(mean(all), standard_error(all)).square;
 }
 
 std::vector<double> HeldOut::differences(const std::vector<Values>& a, const std::vector<Values>& b) const {
@@ -229,12 +240,13 @@ HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
         }
         const double scatter = n > 1 ? std::max(0.0, squares - mean * mean) * n / (n - 1) : 0;
         const double doubt = std::sqrt(scatter / n);  // of the mean
-        mean = not_negative(mean, doubt);
-        if (mean > 0) {
-            const double between = std::clamp((scatter - within) / (mean * mean), 0.0, kMostScatter);
-            error.relrmse += std::sqrt(mean) * std::pow(1 + between, -0.125) / double(cameras);
+        const LikelyError likely = likely_error(mean, doubt);
+        if (likely.square > 0) {
+            const double between =
+                std::clamp((scatter - within) / (likely.square * likely.square), 0.0, kMostScatter);
+            error.relrmse += likely.mean * std::pow(1 + between, -0.125) / double(cameras);
         }
-        if (const double root = std::sqrt(std::max(mean, doubt)); root > 0)
+        if (const double root = std::sqrt(std::max(likely.square, doubt)); root > 0)
             error.standard_error += doubt / (2 * root) / double(cameras);
     }
     return error;
