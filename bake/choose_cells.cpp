@@ -25,8 +25,10 @@ constexpr double kPatchPhotons = 150;    // photons that cost as much time as ke
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
 constexpr double kPhotonsOfAPatch = 7;   // cost as much as it does at a position whenever fits are judged
 constexpr double kMostPositions = 2000;
-constexpr double kFirstPhotons = 1 << 14;  // per lamp and position, for the first cells
-constexpr double kFirstShare = 0.05;       // ... of a time budget for them instead, within these bounds
+// Boxes ask for positions, and the larger the photons' number, the more error stands in too few boxes.
+constexpr double kPositionsOfAMillion = 80;  // at least, with the root of the millions
+constexpr double kFirstPhotons = 1 << 14;    // per lamp and position, for the first cells
+constexpr double kFirstShare = 0.05;         // ... of a time budget for them instead, within these bounds
 constexpr double kFewestFirst = 1 << 11, kMostFirst = 1 << 20;
 constexpr double kFirstCells = 22;       // along the longest side
 constexpr double kCellsOfAMillion = 14;  // ... with a time for a million photons
@@ -156,8 +158,10 @@ class CellChooser {
         for (const Light& light : scene_.lights) positions += planned_positions(light);
         const double fewest = std::max(2000.0, 0.2 * double(grid.patches));
         // More positions serve more boxes, at the same noise; but each has its patches to keep and to judge.
+        const double serving = kPositionsOfAMillion * std::sqrt(std::max(1.0, wanted / 1e6));
         const double most =
-            std::max({kPhotonsOfAFile, kPhotonsOfAPatch * double(grid.patches), wanted / kMostPositions});
+            std::max({kPhotonsOfAFile, std::min(kPhotonsOfAPatch * double(grid.patches), wanted / serving),
+                      wanted / kMostPositions});
         const uint64_t photons = round_number(std::clamp(wanted / positions, fewest, most));
         choice_.settings.push_back({"photons", std::to_string(photons)});
         log_info(fmt::format("chose {} photons per lamp position", photons));
