@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kLift = 0.002f;   // cells
 constexpr float kSmall = 0.125f;  // cells: fragments no larger are open or closed nearly as a whole
-constexpr int kWitnesses = 8;
+constexpr int kWitnesses = 16;
 constexpr int kSpreads = 3;                // times that open places vouch for others
 constexpr float kMostOfScene = 1 / 48.0f;  // of its longest side: what closes a place in is no room
 constexpr float kCover = 0.5f;             // what hangs lower may cover a place; of the way looked around

@@ -270,9 +270,7 @@ TEST(Cells, TheTwoSidesOfAPartitionAreTwoPatches) {
         EXPECT_NEAR(right.centre.x, (at + 0.125) / 2 - 0.0625, tolerance * 0.125) << z;
         floor += left.area + right.area;
     }
-    // Slivers thinner than an eighth of a fragment may hold no landing and count as covered: the partition
-    // passes a border between fragments once, and cuts slivers of a sixteenth in the mean off 12 of them.
-    EXPECT_NEAR(floor, 0.125, 12.0 / 16 / (32 * 32));
+    EXPECT_NEAR(floor, 0.125, 1e-3 * 0.125);  // a place at the foot may count as covered
     // Neither sees the other, and each sees its own side of the next cells.
     const int front = cells.index.find({3, 0, 4}, 2);
     const int west = cells.index.find({2, 0, 4}, 2);
