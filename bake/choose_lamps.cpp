@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bake/domain_divisions.h"
 #include "bake/trial_fits.h"
 #include "common/core/log.h"
 #include "common/map/polynomial.h"
@@ -28,8 +29,6 @@ constexpr double kWriteSeconds = 3e-7;   // ... per box, patch and term
 constexpr double kLeastGrowth = 0.05;    // of the photons: less is not worth another round
 constexpr double kLastShare = 0.8;       // of the time left for photons that are not judged any more
 constexpr double kMeasuresOfARound = 3;  // fits that are tried, in times that one measure takes
-constexpr int kMostBoxes = 16;           // per axis
-constexpr double kMostBoxesInAll = 512;
 
 std::string text_of(const Index3& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
 
@@ -44,8 +43,6 @@ std::string text_of(const std::vector<SampleGroup>& groups) {
 int terms_at(const Light& light, int degree) {
     return int(terms_of(degree, split_domain(light.domain, light.boxes)[0].moves()).size());
 }
-
-double count_of(const Index3& boxes) { return double(boxes.x) * boxes.y * boxes.z; }
 
 double fixed_positions(const Light& light) {
     if (const auto* grid = std::get_if<Index3>(&light.samples)) return count_of(*grid);
@@ -252,7 +249,7 @@ class LampChooser {
         double least = kWorthwhile * cost(figures_);
         std::optional<std::pair<std::size_t, Index3>> best;
         for (std::size_t l = 0; l < lights_.size(); ++l)
-            for (const Index3& boxes : other_boxes(lights_[l])) {
+            for (const Index3& boxes : other_divisions(lights_[l])) {
                 if (!has_time_to_judge()) return best;
                 std::vector<Index3> all = boxes_now();
                 all[l] = boxes;
@@ -264,22 +261,6 @@ class LampChooser {
                 best = {l, boxes};
             }
         return best;
-    }
-
-    static std::vector<Index3> other_boxes(const Light& light) {
-        std::vector<Index3> others;
-        if (!light.choose_boxes) return others;
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!(light.domain.max[axis] > light.domain.min[axis])) continue;
-            for (const int step : {1, -1, light.boxes[axis]}) {
-                Index3 boxes = light.boxes;
-                boxes[axis] += step;
-                if (boxes[axis] < 1 || boxes[axis] > kMostBoxes || count_of(boxes) > kMostBoxesInAll)
-                    continue;
-                if (std::ranges::find(others, boxes) == others.end()) others.push_back(boxes);
-            }
-        }
-        return others;
     }
 
     void say(int round) const {
@@ -314,22 +295,10 @@ class LampChooser {
             const double before = photons_in_all();
             share_out(factor);
             trace_missing();
-            expect_noise_of(before / photons_in_all());
+            figures_ = figures_.with_noise(before / photons_in_all());
         }
         log_info(fmt::format("the time is used: error {:.4f}; twice the photons would make it about {:.4f}",
-                             figures_.error.relrmse, figures_.error.relrmse * share_with_noise_of(0.5)));
-    }
-
-    // Of the error, with so much of its squared noise.
-    double share_with_noise_of(double share) const {
-        const double square = figures_.square, noise = std::min(figures_.noise_sum(), square);
-        return square > 0 ? std::sqrt(std::max(0.0, 1 - (1 - share) * noise / square)) : 1;
-    }
-
-    void expect_noise_of(double share) {
-        figures_.error.relrmse *= share_with_noise_of(share);
-        figures_.square *= std::pow(share_with_noise_of(share), 2);
-        for (double& noise : figures_.noise) noise *= share;
+                             figures_.error.relrmse, figures_.with_noise(0.5).error.relrmse));
     }
 
     // Beyond the doubt that is left of the figure.

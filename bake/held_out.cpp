@@ -13,6 +13,7 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kSeed = 0x48e1d;
+constexpr double kNoDoubt = 1e6;    // times its doubt, a square is what was measured
 constexpr double kMostScatter = 1;  // of squared errors among views, in their squared mean; more is doubtful
 
 // All lamps at once; each position's lamps are shifted by numbers of their own, so that lamps do not move in
@@ -41,16 +42,17 @@ std::vector<std::vector<LightState>> spread_lamps(const Scene& scene, const Soli
     return lamps;
 }
 
-// What an error can be whose square was measured with normal error `doubt`, any error from 0 up as likely as any
-// other before: its mean, and the mean of its square.
+// What an error can be whose square was measured with normal error `doubt`, any error from 0 up as likely as
+// any other before: its mean, and the mean of its square.
 struct LikelyError {
     double mean, square;
 };
 
 LikelyError likely_error(double square, double doubt) {
-    if (!(doubt > 0)) return {std::sqrt(std::max(0.0, square)), std::max(0.0, square)};
+    if (!(doubt > 0) || square > kNoDoubt * doubt)
+        return {std::sqrt(std::max(0.0, square)), std::max(0.0, square)};
     constexpr int kSteps = 400;
-    const double t = std::clamp(square / doubt, -8.0, 1e6), unit = std::sqrt(doubt);
+    const double t = std::max(-8.0, square / doubt), unit = std::sqrt(doubt);
     const double low = std::sqrt(std::max(0.0, t - 8)), high = std::sqrt(std::max(0.0, t) + 8);
     double all = 0, first = 0, second = 0;
     for (int i = 0; i < kSteps; ++i) {

@@ -18,6 +18,16 @@ constexpr int kGroups = 5;
 
 double TrialFigures::noise_sum() const { return std::accumulate(noise.begin(), noise.end(), 0.0); }
 
+TrialFigures TrialFigures::with_noise(double share) const {
+    TrialFigures figures = *this;
+    if (!(square > 0)) return figures;
+    const double less = std::max(0.0, 1 - (1 - share) * std::min(noise_sum(), square) / square);
+    figures.square *= less;
+    figures.error.relrmse *= std::sqrt(less);
+    for (double& n : figures.noise) n *= share;
+    return figures;
+}
+
 TrialFits::TrialFits(const Tracing& tracing, const HeldOut& held_out)
     : tracing_(tracing),
       held_out_(held_out),

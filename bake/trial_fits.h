@@ -18,6 +18,7 @@ struct TrialFigures {
     double below_zero = 0;      // share of the polynomials' values that signs would be mended of
 
     double noise_sum() const;
+    TrialFigures with_noise(double share) const;  // as they would be with so much of the squared noise
     double floor() const { return square - noise_sum(); }  // grid and polynomial
 };
 

@@ -62,23 +62,26 @@ std::string pack(const LookUpMeans& means) {
     return bytes;
 }
 
-LookUpMeans unpack_means(const std::string& bytes) {
+// Empty if they are not those of so many patches.
+std::optional<LookUpMeans> unpack_means(const std::string& bytes, std::size_t patches) {
     std::vector<LookUpMeans::Row> rows;
     std::size_t at = 0;
     const auto take = [&](auto& value) {
-        if (at + sizeof value > bytes.size()) throw Error("cells.vdb: look_up_means ends too early");
+        if (at + sizeof value > bytes.size()) return false;
         std::memcpy(&value, &bytes[at], sizeof value);
         at += sizeof value;
+        return true;
     };
     while (at < bytes.size()) {
         uint32_t count = 0;
-        take(count);
+        if (!take(count)) return std::nullopt;
         LookUpMeans::Row& row = rows.emplace_back();
         for (uint32_t i = 0; i < count; ++i) {
             auto& share = row.emplace_back();
-            take(share.patch), take(share.weight);
+            if (!take(share.patch) || !take(share.weight) || share.patch >= patches) return std::nullopt;
         }
     }
+    if (!rows.empty() && rows.size() != patches) return std::nullopt;
     return rows.empty() ? LookUpMeans() : LookUpMeans(rows);
 }
 
@@ -173,7 +176,10 @@ std::optional<Cells> WorkFolder::read_cells() const {
             cells.split[slots[f].patches[i]] = {{normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]},
                                                 offset[i]};
     }
-    cells.means = unpack_means(file.text("look_up_means"));
+    const auto means = unpack_means(file.text("look_up_means"), cells.patches.size());
+    if (!means)
+        throw Error(fmt::format("{}: look_up_means is damaged; bake with --overwrite", path.string()));
+    cells.means = *means;
     cells.left_out = unpack(file.text("left_out_fragments"));
     cells.surface_area = file.number("surface_area");
     cells.counted_area = file.number("counted_area");
