@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bake/reach.h"
+#include "common/core/low_discrepancy.h"
 #include "common/core/parallel.h"
 #include "common/core/progress.h"
 #include "common/render/camera_rays.h"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr uint64_t kSeed = 0x5eed;
 constexpr uint64_t kLightPhotons = 4096;  // per path of a pixel, lamp and view, for what only they find
-constexpr double kPhotonsOfAPath = 2;     // that cost as much
+constexpr double kPhotonsOfAPath = 3;     // that cost as much
 
 // A place in pixel p of the raster; the stream goes on from there.
 Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
@@ -119,8 +120,10 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
         pixel.place = {std::min(place.x / float(columns), 0.99999f),
                        std::min(place.y / float(rows), 0.99999f)};
         const int half = std::max(1, options_.paths / 2);
+        const std::array scrambles{random.next_block(), random.next_block()};  // of both halves
         for (int k = 0; k < 2 * half; ++k) {
             RandomStream path(seed_, RandomPurpose::reference, number, p << 20 | uint64_t(k));
+            path.begin_with(scrambled_sobol_point(uint32_t(k / 2), scrambles[std::size_t(k & 1)]));
             const Seen seen = path_radiance(paths, ray, path);
             pixel.surface = seen.surface;
             pixel.all[k & 1] += seen.total / float(half);

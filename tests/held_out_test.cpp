@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/tracing.h"
+#include "statistics.h"
 #include "test_scenes.h"
 
 namespace pim {
@@ -121,6 +122,29 @@ TEST(HeldOut, ErrorIsThatOfTheMapsPictures) {
     }
     // Other pixels and paths of the same five views: they agree as far as 300 pixels can.
     EXPECT_NEAR(p.held_out.error(own).relrmse, error, 0.1 * error);
+}
+
+// The paths of one half of a pixel are spread evenly and so depend on each other; the halves must not: in a
+// diffuse sphere, whose indirect light is known, the product of their errors has mean zero.
+TEST(Reference, HalvesAreIndependent) {
+    Scene scene = empty_scene(Rgb(0.5f));
+    add_sphere(scene, Vec3(0), 1, 4, true, false);
+    scene.cameras.push_back({"c", Vec3(0), {0, 0, -1}, {0, 1, 0}, 90, {64, 64}});
+    const std::vector<LightState> lamp{{{0.3f, -0.4f, 0.2f}, Rgb(1)}};
+    scene.lights.push_back(point_lamp(lamp[0].position, lamp[0].power));
+    const RayCaster caster(scene.geometry, InstructionSet::pinned);
+    const Reference reference(scene, caster, std::vector<std::vector<LightState>>{lamp},
+                              {.lights = 1, .pixels = 10000, .paths = 16, .geometry = {}}, 5);
+    Mean all, products, squares;
+    for (const ReferencePixel& p : reference.pixels(0, 0)) all.add(0.5 * (p.indirect[0].x + p.indirect[1].x));
+    for (const ReferencePixel& p : reference.pixels(0, 0)) {
+        const double a = p.indirect[0].x - all.value(), b = p.indirect[1].x - all.value();
+        products.add(a * b), squares.add(a * a);
+    }
+    const double expected = 0.25 / (4 * M_PI * M_PI * 0.5);
+    // Slack: the polyhedron, see PathRadiance.IndirectLightOfASphere.
+    expect_mean(all, expected, 3 * (1 - total_area(scene.geometry) / (4 * M_PI)) * expected, 2);
+    expect_mean(products, 0, 1e-3 * squares.value(), 2);
 }
 
 // Sixteen paths or 256 per pixel: the mean over many views is the same error, where views' own roots

@@ -71,5 +71,13 @@ TEST(RandomStream, PurposesNeverShareNumbers) {
     EXPECT_EQ(int(all.size()), streams);
 }
 
+TEST(RandomStream, GoesOnAfterTheNumbersThatItBeginsWith) {
+    RandomStream plain(1, RandomPurpose::render, 2, 3), led = plain;
+    led.begin_with({0, 1u << 31, 1u << 30, 0, 0, 0, 0, 3u << 30});
+    for (const float expected : {0.0f, 0.5f, 0.25f, 0.0f, 0.0f, 0.0f, 0.0f, 0.75f})
+        EXPECT_EQ(led.next(), expected);
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(led.next(), plain.next());
+}
+
 }  // namespace
 }  // namespace pim

@@ -42,21 +42,34 @@ class RandomStream {
         : key_{uint32_t(seed), uint32_t(seed >> 32)},
           counter_{0, uint32_t(purpose) << 26 ^ stream, uint32_t(index), uint32_t(index >> 32)} {}
 
+    static constexpr int kBlock = 8;
+    using Block = std::array<uint32_t, kBlock>;
+    // The next numbers, in units of 2^-32, are these; then the stream goes on as if they were not there.
+    void begin_with(const Block& numbers) {
+        block_ = numbers;
+        used_ = 0;
+    }
+    Block next_block() {
+        Block block;
+        for (int half = 0; half < kBlock; half += 4) {
+            const auto numbers = philox4x32(counter_, key_);
+            for (int i = 0; i < 4; ++i) block[std::size_t(half + i)] = numbers[std::size_t(i)];
+            ++counter_[0];
+        }
+        return block;
+    }
+
     // Uniform in [0, 1), 24 bits.
     float next() {
-        if (used_ == 4) {
-            block_ = philox4x32(counter_, key_);
-            ++counter_[0];
-            used_ = 0;
-        }
-        return float(block_[used_++] >> 8) * 0x1p-24f;
+        if (used_ == kBlock) begin_with(next_block());
+        return float(block_[std::size_t(used_++)] >> 8) * 0x1p-24f;
     }
 
   private:
     std::array<uint32_t, 2> key_;
     std::array<uint32_t, 4> counter_;
-    std::array<uint32_t, 4> block_{};
-    int used_ = 4;
+    Block block_{};
+    int used_ = kBlock;
 };
 
 }  // namespace pim

@@ -21,7 +21,10 @@ struct Seen {
     bool surface = false;  // the ray meets one
 };
 
-// One random path. `indirect` is all that has not come straight from a lamp to the first diffuse surface.
+// One random path. Each of its diffuse surfaces is lit by samples of the lamps, and by where light sent from
+// the lamps lands first; rays that go on from it find the same light, and the three share it by the power
+// heuristic. The first eight numbers of `random` decide most: spread them evenly over the paths of a pixel.
+// `indirect` is all that has not come straight from a lamp to the first diffuse surface.
 // Light of a point lamp that has passed glass or mirrors before its first diffuse surface cannot be found
 // from the eye and is missing here: see light_image.h.
 Seen path_radiance(const PathScene& scene, const Ray& ray, RandomStream& random);
