@@ -110,10 +110,7 @@ class PatchBuilder {
 template <class Keep>
 std::vector<Fragment> build_patches(const PatchBuilder& builder, const std::vector<Fragment>& fragments,
                                     Keep keep, Cells& cells) {
-    std::vector<std::size_t> begins;  // of cells, and the end
-    for (std::size_t i = 0; i < fragments.size(); ++i)
-        if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) begins.push_back(i);
-    begins.push_back(fragments.size());
+    const std::vector<std::size_t> begins = begins_of_cells(fragments);
     std::vector<CellPatches> built(begins.size() - 1);
     parallel_for(built.size(), [&](std::size_t c) {
         std::vector<std::size_t> kept;
@@ -203,8 +200,6 @@ bool has_patch(const Fragment& fragment, const Cells& cells) {
 
 }  // namespace
 
-bool Cells::is_left_out(const FragmentKey& key) const { return std::ranges::binary_search(left_out, key); }
-
 int Cells::patch_at(const std::array<int32_t, kSlotCount>& own, int facing, const Vec3& from_centre) const {
     const int front = own[facing], behind = own[facing + kFacingCount];
     if (front < 0 || behind < 0) return std::max(front, behind);
@@ -236,9 +231,10 @@ Cells find_cells(const Scene& scene, const RayCaster& caster, const PositionFilt
         drop_unreached(fragments, reach, cells);
         cells.index = PatchIndex(cells.grid, cells.patches);
         const bool spheres = scene.grid.estimator == Estimator::sphere;  // reach into other cells
+        std::vector<FragmentKey> left_out;
         for (std::size_t i = 0; i < fragments.size(); ++i)
-            if (!keep(i) && (spheres || has_patch(fragments[i], cells)))
-                cells.left_out.push_back(fragments[i].key);
+            if (!keep(i) && (spheres || has_patch(fragments[i], cells))) left_out.push_back(fragments[i].key);
+        cells.left_out = FragmentIndex(std::move(left_out));
         cells.moved_area = reach.moved_area;
         cells.deciding_photons = reach.photons;
     } else {

@@ -5,6 +5,7 @@
 // them, and so are whole patches that no photon finds.
 #pragma once
 
+#include "bake/fragment_index.h"
 #include "bake/look_up_means.h"
 #include "bake/patch_split.h"
 #include "bake/reach.h"
@@ -16,16 +17,15 @@ struct Cells {
     CellGrid grid;
     std::vector<Patch> patches;  // sorted by patch_before
     PatchIndex index;
-    std::vector<PatchSplit> split;      // per patch, the same for the one in front and the one behind
-    PatchSight sight;                   // everything without facings
-    LookUpMeans means;                  // empty for spheres, which reach into other cells
-    std::vector<FragmentKey> left_out;  // sorted
-    double surface_area = 0;            // m², both sides of all surface in the grid
-    double counted_area = 0;            // m², what the patches hold
-    double moved_area = 0;              // m², whose verdict the last doubling of photons changed
+    std::vector<PatchSplit> split;  // per patch, the same for the one in front and the one behind
+    PatchSight sight;               // everything without facings
+    LookUpMeans means;              // empty for spheres, which reach into other cells
+    FragmentIndex left_out;         // in order
+    double surface_area = 0;        // m², both sides of all surface in the grid
+    double counted_area = 0;        // m², what the patches hold
+    double moved_area = 0;          // m², whose verdict the last doubling of photons changed
     uint64_t deciding_photons = 0;
 
-    bool is_left_out(const FragmentKey& key) const;
     // Patch of a facing for a place given from the cell's centre, among the cell's patches; -1 if there is
     // none.
     int patch_at(const std::array<int32_t, kSlotCount>& patches, int facing, const Vec3& from_centre) const;

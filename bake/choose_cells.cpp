@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kGridShare = 0.9;    // of the squared target error that cells alone may make
 constexpr double kSearchShare = 0.5;  // of the time for all cells that are tried
-constexpr double kReachShare = 0.1;   // of the time for what light reaches, with the cells that are chosen
-constexpr uint64_t kFewestReach = 1 << 20;
+constexpr double kReachShare = 0.025;  // of the time for what light reaches, with each of these cells
+constexpr uint64_t kFewestReach = 1 << 19;
 constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end
 constexpr double kLeftShare = 0.75;      // ... of the time that the search has left
 constexpr double kPatchPhotons = 150;    // photons that cost as much time as keeping a patch in all volumes

@@ -139,7 +139,7 @@ std::optional<Index3> counted_cell(const Cells& cells, const SurfaceCells& surfa
     if (!fine || !s.material->receives()) return std::nullopt;
     const Index3 cell = cell_of_fine(*fine);
     if (!cells.index.find_cell(cell)) return std::nullopt;
-    if (!cells.left_out.empty() && cells.is_left_out(fragment_key(cells.grid, s.triangle, s.side, *fine)))
+    if (cells.left_out.contains(fragment_key(cells.grid, s.triangle, s.side, *fine)))
         return std::nullopt;
     return cell;
 }

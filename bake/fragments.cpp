@@ -186,6 +186,11 @@ double fragment_bytes(const Scene& scene, const CellGrid& grid) {
     return 5 * count * sizeof(Fragment);  // and what finds the unlit ones and cuts them
 }
 
+Vec3 plane_normal(const Geometry& geometry, const Fragment& fragment) {
+    const Vec3 front = geometric_normal(geometry.corners(fragment.key.triangle));
+    return Side(fragment.key.place % 2) == Side::front ? front : -front;
+}
+
 Vec3 normal_at_centre(const Geometry& geometry, const Fragment& fragment) {
     return normal_at(geometry, fragment.key.triangle, Side(fragment.key.place % 2), Vec3d(fragment.centre));
 }
@@ -199,6 +204,14 @@ FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, con
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key) {
     const uint64_t yz = uint64_t(grid.size.y) * grid.size.z;
     return {int(key.cell / yz), int(key.cell % yz / grid.size.z), int(key.cell % grid.size.z)};
+}
+
+std::vector<std::size_t> begins_of_cells(const std::vector<Fragment>& fragments) {
+    std::vector<std::size_t> begins;
+    for (std::size_t i = 0; i < fragments.size(); ++i)
+        if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) begins.push_back(i);
+    begins.push_back(fragments.size());
+    return begins;
 }
 
 PlaneAxes::PlaneAxes(const Vec3& normal) : axis(0) {

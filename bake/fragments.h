@@ -24,10 +24,14 @@ struct Fragment {
     Box3 box;                                       // local, m
 };
 
+Vec3 plane_normal(const Geometry& geometry, const Fragment& fragment);      // unit, of its side
 Vec3 normal_at_centre(const Geometry& geometry, const Fragment& fragment);  // shading normal, of its side
 
 FragmentKey fragment_key(const CellGrid& grid, uint32_t triangle, Side side, const Index3& fine);
 Index3 cell_of(const CellGrid& grid, const FragmentKey& key);
+
+// Where those of each cell begin, and where the last ends: sorted, they stand together.
+std::vector<std::size_t> begins_of_cells(const std::vector<Fragment>& fragments);
 
 // A plane's coordinates: without the axis along which projection loses most of it.
 struct PlaneAxes {

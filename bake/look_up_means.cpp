@@ -86,10 +86,7 @@ LookUpMeans LookUpMeans::part(const std::vector<uint32_t>& patches) const {
 
 LookUpMeans find_look_up_means(const Scene& scene, const Cells& cells,
                                const std::vector<Fragment>& fragments) {
-    std::vector<std::size_t> begins;  // of cells, and the end
-    for (std::size_t i = 0; i < fragments.size(); ++i)
-        if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) begins.push_back(i);
-    begins.push_back(fragments.size());
+    const std::vector<std::size_t> begins = begins_of_cells(fragments);
     const Adder adder(scene, cells);
     std::vector<Row> rows(cells.patches.size());
     const std::size_t count = begins.size() - 1;

@@ -44,8 +44,7 @@ std::optional<Vec3> FragmentPlane::place_at(const Imath::V2d& share) const {
 
 Vec3 lifted_centre(const Scene& scene, const RayCaster& caster, const CellGrid& grid,
                    const Fragment& fragment) {
-    const Vec3 normal = geometric_normal(scene.geometry.corners(fragment.key.triangle));
-    const Vec3 up = fragment.key.place % 2 ? -normal : normal;
+    const Vec3 up = plane_normal(scene.geometry, fragment);
     const Vec3 start = fragment.centre + up * caster.surface_offset();
     const float lift = kSightLift * float(grid.cell_size);
     const auto above = caster.intersect({start, up, lift});

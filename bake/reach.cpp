@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "bake/fragment_index.h"
 #include "bake/unlit_regions.h"
 #include "common/core/float_traps.h"
 #include "common/core/log.h"
@@ -24,39 +25,11 @@ constexpr double kMovedShare = 1e-3;  // of the area: the verdicts have settled 
 constexpr double kLitShare = 0.1;     // of the mean irradiance: darker cells need not settle
 constexpr double kOpenShare = 5e-3;  // of the area: ... and less than this has seen no photon and is not dark
 
-// Fragments of one cell stand together; this finds them by cell.
-class FragmentTable {
-  public:
-    FragmentTable(const CellGrid& grid, const std::vector<Fragment>& fragments) {
-        std::vector<Patch> cells;
-        for (const Fragment& f : fragments) keys_.push_back(f.key);
-        for (std::size_t i = 0; i < fragments.size(); ++i)
-            if (i == 0 || fragments[i].key.cell != fragments[i - 1].key.cell) {
-                cells.push_back({cell_of(grid, fragments[i].key), 0, 0, Vec3(0)});
-                start_.push_back(i);
-            }
-        start_.push_back(fragments.size());
-        index_ = PatchIndex(grid, cells);
-    }
-    std::size_t cell_count() const { return start_.size() - 1; }
-    std::size_t begin_of(std::size_t cell) const { return start_[cell]; }
-    std::size_t end_of(std::size_t cell) const { return start_[cell + 1]; }
-
-    // Number of the fragment; fragments.size() if there is none.
-    std::size_t find(const Index3& cell, const FragmentKey& key) const {
-        const int number = index_.find(cell, 0);
-        if (number < 0) return keys_.size();
-        const auto begin = keys_.begin() + std::ptrdiff_t(start_[number]);
-        const auto end = keys_.begin() + std::ptrdiff_t(start_[number + 1]);
-        const auto found = std::lower_bound(begin, end, key);
-        return found != end && *found == key ? std::size_t(found - keys_.begin()) : keys_.size();
-    }
-
-  private:
-    std::vector<FragmentKey> keys_;  // alone, for the sake of the cache
-    std::vector<std::size_t> start_;
-    PatchIndex index_;
-};
+FragmentIndex index_of(const std::vector<Fragment>& fragments) {
+    std::vector<FragmentKey> keys;
+    for (const Fragment& f : fragments) keys.push_back(f.key);
+    return FragmentIndex(std::move(keys));
+}
 
 class Pass {
   public:
@@ -67,7 +40,8 @@ class Pass {
           surface_(surface),
           fragments_(fragments),
           allowed_(allowed),
-          table_(surface.grid(), fragments),
+          index_(index_of(fragments)),
+          begins_(begins_of_cells(fragments)),
           regions_(scene, surface.grid(), fragments),
           hits_(fragments.size()),
           landings_(fragments.size()),
@@ -85,10 +59,10 @@ class Pass {
         for (uint64_t until = std::min(few, std::max(first, kFirstPhotons));; until *= 2) {
             shoot(until);
             const std::vector<uint8_t> before = dark_;
-            open_.assign(table_.cell_count(), 0.0);
+            open_.assign(begins_.size() - 1, 0.0);
             dark_ = regions_.judge(hits_);
             mean_hits_ = std::accumulate(hits_.begin(), hits_.end(), 0.0) / area;
-            parallel_for(table_.cell_count(), [&](std::size_t cell) { judge_cell(cell); });
+            parallel_for(open_.size(), [&](std::size_t cell) { judge_cell(cell); });
             reach.moved_area = 0;
             for (std::size_t f = 0; f < dark_.size(); ++f)
                 if (dark_[f] != before[f]) reach.moved_area += fragments_[f].area;
@@ -129,12 +103,11 @@ class Pass {
     void count(const SurfacePoint& s, uint64_t photon) {
         const auto fine = surface_.fine_cell(s.triangle, s.side, s.position);
         if (!fine) return;
-        const std::size_t f =
-            table_.find(cell_of_fine(*fine), fragment_key(surface_.grid(), s.triangle, s.side, *fine));
-        if (f == hits_.size()) return;
-        std::atomic_ref(hits_[f]).fetch_add(1, std::memory_order_relaxed);
-        const uint64_t place = pack_place(fragments_[f], s.position);
-        draw(landings_[f][std::size_t(quarter_of(place, PlaneAxes(s.geometric_normal)))], place, photon);
+        const auto f = index_.find(fragment_key(surface_.grid(), s.triangle, s.side, *fine));
+        if (!f) return;
+        std::atomic_ref(hits_[*f]).fetch_add(1, std::memory_order_relaxed);
+        const uint64_t place = pack_place(fragments_[*f], s.position);
+        draw(landings_[*f][std::size_t(quarter_of(place, PlaneAxes(s.geometric_normal)))], place, photon);
     }
 
     // One landing of all, the same whatever thread comes first: that of the lowest random number.
@@ -179,7 +152,7 @@ class Pass {
     };
 
     void judge_cell(std::size_t cell) {
-        const std::size_t begin = table_.begin_of(cell), end = table_.end_of(cell);
+        const std::size_t begin = begins_[cell], end = begins_[cell + 1];
         std::array<double, kFacingCount> hits{}, area{};
         std::vector<std::size_t> open;  // those not dark before
         for (std::size_t f = begin; f < end; ++f) {
@@ -225,7 +198,8 @@ class Pass {
     const SurfaceCells& surface_;
     const std::vector<Fragment>& fragments_;
     const PositionFilter& allowed_;
-    FragmentTable table_;
+    FragmentIndex index_;
+    std::vector<std::size_t> begins_;
     UnlitRegions regions_;
     std::vector<uint32_t> hits_;
     std::vector<std::array<uint64_t, kQuarters>> landings_;  // per fragment: lot and place

@@ -12,9 +12,8 @@
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.1f;  // cells
-constexpr uint64_t kPlacesPerPatch = 64;
-constexpr float kLeastSeen = 0.05f;
+constexpr float kLift = 0.1f;          // cells
+constexpr float kTrustedSeen = 0.25f;  // share of the patches: what comes of less is noise, on thin tubes
 constexpr uint64_t kChunk = 1 << 16;
 
 Vec3 lifted(const SurfacePoint& s, float lift) { return s.position + s.geometric_normal * lift; }
@@ -28,28 +27,6 @@ std::vector<uint32_t> sort_by_patch(std::vector<Item>& items, std::size_t patche
     for (std::size_t p = 0; p < patches; ++p) first[p + 1] += first[p];
     return first;
 }
-
-// Places spread uniformly over the area of all surfaces, both sides.
-class Spread {
-  public:
-    explicit Spread(const Scene& scene) : scene_(scene) {
-        for (uint32_t t = 0; t < scene.geometry.triangles.size(); ++t)
-            sums_.push_back((sums_.empty() ? 0 : sums_.back()) + area(scene.geometry.corners(t)));
-    }
-    SurfacePoint place(uint64_t k) const {
-        RandomStream random(0, RandomPurpose::evaluation, 0xa4ea, k);
-        const double at = (double(random.next()) + double(random.next()) * 0x1p-24) * sums_.back();
-        const auto triangle =
-            std::min(std::size_t(std::ranges::upper_bound(sums_, at) - sums_.begin()), sums_.size() - 1);
-        const float root = std::sqrt(random.next()), v = random.next();
-        return surface_at(scene_, {uint32_t(triangle), 0, root * (1 - v), root * v,
-                                   random.next() < 0.5f ? Side::front : Side::back});
-    }
-
-  private:
-    const Scene& scene_;
-    std::vector<double> sums_;
-};
 
 }  // namespace
 
@@ -87,21 +64,18 @@ VisibleLight::VisibleLight(const Scene& scene, const Cells& cells, const Surface
         uint32_t patch;
         Place place;
     };
-    const Spread spread(scene);
-    const uint64_t count = kPlacesPerPatch * cells.patches.size(), chunks = (count + kChunk - 1) / kChunk;
-    std::vector<std::vector<Found>> parts(chunks);
-    parallel_for(chunks, [&](std::size_t chunk) {
-        for (uint64_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
-            const SurfacePoint s = spread.place(k);
-            const auto cell = counted_cell(cells, surface, s);
-            if (!cell) continue;
-            for_each_patch_at(cells, *cell, s, [&](std::size_t patch, float share) {
-                parts[chunk].push_back({uint32_t(patch), {lifted(s, lift_), share}});
-            });
-        }
-    });
     std::vector<Found> all;
-    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    for (const Fragment& f : cut_into_fragments(scene, surface)) {
+        const Index3 cell = cell_of(cells.grid, f.key);
+        const auto* patches = cells.left_out.contains(f.key) ? nullptr : cells.index.find_cell(cell);
+        if (!patches) continue;
+        const Vec3 from_centre(Vec3d(f.centre) - cells.grid.centre(cell));
+        const Vec3 above = f.centre + plane_normal(scene.geometry, f) * lift_;
+        for (int k = 0; k < kFacingCount; ++k) {
+            const int patch = f.facing_area[k] > 0 ? cells.patch_at(*patches, k, from_centre) : -1;
+            if (patch >= 0) all.push_back({uint32_t(patch), {above, f.facing_area[k]}});
+        }
+    }
     first_place_ = sort_by_patch(all, cells.patches.size(), &Found::patch);
     for (const Found& found : all) places_.push_back(found.place);
 }
@@ -132,7 +106,7 @@ Rgb VisibleLight::irradiance(const IlluminationMap& map, const RayCaster& caster
     };
     std::vector<PatchShare> shares;
     look_up(map, s.position, s.shading_normal, shares);
-    Rgb sum(0);
+    Rgb sum(0), looked_up(0);
     float seen = 0, all = 0;
     for (const PatchShare& share : shares) {
         if (!(share.weight > 0)) continue;
@@ -143,10 +117,15 @@ Rgb VisibleLight::irradiance(const IlluminationMap& map, const RayCaster& caster
             if (sees(places_[i].position)) seen_area += places_[i].share;
         }
         seen += share.weight * (area > 0 ? seen_area / area : 1);
-        for (uint32_t i = first_landed_[share.patch]; i < first_landed_[share.patch + 1]; ++i)
-            if (sees(landed_[i].position)) sum += landed_[i].irradiance * share.weight;
+        for (uint32_t i = first_landed_[share.patch]; i < first_landed_[share.patch + 1]; ++i) {
+            const Rgb light = landed_[i].irradiance * share.weight;
+            looked_up += light;
+            if (sees(landed_[i].position)) sum += light;
+        }
     }
-    return sum * (all > 0 ? all / std::max(seen, kLeastSeen * all) : 0);
+    if (!(all > 0)) return Rgb(0);
+    const float trust = std::min(1.0f, seen / (kTrustedSeen * all));
+    return looked_up * (1 - trust) + (seen > 0 ? sum * (trust * all / seen) : Rgb(0));
 }
 
 }  // namespace pim

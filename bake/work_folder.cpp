@@ -180,7 +180,7 @@ std::optional<Cells> WorkFolder::read_cells() const {
     if (!means)
         throw Error(fmt::format("{}: look_up_means is damaged; bake with --overwrite", path.string()));
     cells.means = *means;
-    cells.left_out = unpack(file.text("left_out_fragments"));
+    cells.left_out = FragmentIndex(unpack(file.text("left_out_fragments")));
     cells.surface_area = file.number("surface_area");
     cells.counted_area = file.number("counted_area");
     cells.moved_area = file.number("moved_area");
@@ -196,7 +196,7 @@ void WorkFolder::write_cells(const Cells& cells) const {
     m["grid_size"] = Vec3d(cells.grid.size);
     m["grid_facings"] = double(cells.grid.facings);
     m["look_up_means"] = pack(cells.means);
-    m["left_out_fragments"] = pack(cells.left_out);
+    m["left_out_fragments"] = pack(cells.left_out.keys());
     m["surface_area"] = cells.surface_area;
     m["counted_area"] = cells.counted_area;
     m["moved_area"] = cells.moved_area;

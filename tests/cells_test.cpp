@@ -34,7 +34,7 @@ const Patch& patch_of(const Cells& cells, const Index3& cell, int slot) {
 TEST(Cells, WhatIsAllVisibleStays) {
     const Scene scene = room_with_cells();
     const Cells cells = cells_of(scene);
-    EXPECT_TRUE(cells.left_out.empty());
+    EXPECT_TRUE(cells.left_out.keys().empty());
     const double both_sides = 2 * total_area(scene.geometry);
     EXPECT_NEAR(cells.surface_area, both_sides, 1e-6 * both_sides);  // float roundings
     EXPECT_NEAR(cells.counted_area, both_sides / 2,
@@ -48,7 +48,7 @@ TEST(Cells, AllSurfaceCountsForTheThesis) {
     add_object(scene);
     add_box(scene, {0.3f, 0, 0.3f}, {0.4f, 0.1f, 0.4f}, false);
     const Cells cells = cells_of(scene);
-    EXPECT_TRUE(cells.left_out.empty());
+    EXPECT_TRUE(cells.left_out.keys().empty());
     EXPECT_NEAR(cells.counted_area, 2 * total_area(scene.geometry), 1e-5);
     for (const Patch& p : cells.patches) EXPECT_EQ(p.slot, 0);
 }
@@ -62,7 +62,7 @@ std::pair<double, double> areas_in(const Scene& scene, const Cells& cells, uint3
         if (f.key.triangle < first || f.key.triangle >= last || (f.key.place & 1) != int(side)) continue;
         if (!box.intersects(f.centre)) continue;
         areas.first += f.area;
-        if (cells.is_left_out(f.key)) areas.second += f.area;
+        if (cells.left_out.contains(f.key)) areas.second += f.area;
     }
     return areas;
 }

@@ -253,7 +253,7 @@ TEST(EndToEnd, ABakeForATimeWithGivenCells) {
         const std::size_t at = text.find("reach_photons = ");
         return at == std::string::npos ? 0 : std::stol(text.substr(at + 16));
     };
-    EXPECT_EQ(reach_with(""), 1 << 20);
+    EXPECT_EQ(reach_with(""), 1 << 19);
     EXPECT_EQ(reach_with(" --set reach_photons=65536"), 65536);
 }
 
