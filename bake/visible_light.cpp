@@ -12,8 +12,8 @@
 namespace pim {
 namespace {
 
-constexpr float kLift = 0.1f;          // cells
-constexpr float kTrustedSeen = 0.25f;  // share of the patches: what comes of less is noise, on thin tubes
+constexpr float kLift = 0.1f;  // cells
+constexpr float kLeastSeen = 0.05f;
 constexpr uint64_t kChunk = 1 << 16;
 
 Vec3 lifted(const SurfacePoint& s, float lift) { return s.position + s.geometric_normal * lift; }
@@ -106,7 +106,7 @@ Rgb VisibleLight::irradiance(const IlluminationMap& map, const RayCaster& caster
     };
     std::vector<PatchShare> shares;
     look_up(map, s.position, s.shading_normal, shares);
-    Rgb sum(0), looked_up(0);
+    Rgb sum(0);
     float seen = 0, all = 0;
     for (const PatchShare& share : shares) {
         if (!(share.weight > 0)) continue;
@@ -117,15 +117,10 @@ Rgb VisibleLight::irradiance(const IlluminationMap& map, const RayCaster& caster
             if (sees(places_[i].position)) seen_area += places_[i].share;
         }
         seen += share.weight * (area > 0 ? seen_area / area : 1);
-        for (uint32_t i = first_landed_[share.patch]; i < first_landed_[share.patch + 1]; ++i) {
-            const Rgb light = landed_[i].irradiance * share.weight;
-            looked_up += light;
-            if (sees(landed_[i].position)) sum += light;
-        }
+        for (uint32_t i = first_landed_[share.patch]; i < first_landed_[share.patch + 1]; ++i)
+            if (sees(landed_[i].position)) sum += landed_[i].irradiance * share.weight;
     }
-    if (!(all > 0)) return Rgb(0);
-    const float trust = std::min(1.0f, seen / (kTrustedSeen * all));
-    return looked_up * (1 - trust) + (seen > 0 ? sum * (trust * all / seen) : Rgb(0));
+    return sum * (all > 0 ? all / std::max(seen, kLeastSeen * all) : 0);
 }
 
 }  // namespace pim

@@ -24,8 +24,8 @@ class VisibleLight {
     void set(std::vector<Landed> landed);
     std::vector<Rgb> patch_values() const;  // W/m², of all that landed
     // Irradiance at a surface: the look-up's weights, but of each patch only the part that the place can see
-    // counts, its photons and its area; segments run a tenth of a cell above both surfaces. The less than a
-    // quarter of the patches it sees, the more of the plain look-up is in it.
+    // counts, its photons and its area; segments run a tenth of a cell above both surfaces. Nearly 0 where
+    // the place sees nothing of what it looks up.
     Rgb irradiance(const IlluminationMap& map, const RayCaster& caster, const SurfacePoint& surface) const;
 
   private:
