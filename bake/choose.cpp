@@ -25,7 +25,7 @@ constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the t
 HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_seconds) {
     HeldOut::Size size;
     // Lamps' images in mirrors cost a position as much as many pixels.
-    const bool dear = point_lamps_meet_specular(scene);
+    const bool dear = lamps_meet_specular(scene);
     if (dear) size.positions /= 2;
     if (goal.target() > 0)
         size.paths = int(std::clamp(256 * std::pow(0.02 / goal.target(), 2), 32.0, 4096.0));

@@ -30,7 +30,7 @@ Vec2 place_in(RandomStream& random, std::size_t p, int columns) {
 
 double reference_photons(const Scene& scene, const EvaluateOptions& o) {
     const double paths = double(o.lights) * o.pixels * o.paths;
-    if (!point_lamps_meet_specular(scene)) return kPhotonsOfAPath * paths;
+    if (!lamps_meet_specular(scene)) return kPhotonsOfAPath * paths;
     const double images = 2.0 * o.lights * double(scene.cameras.size() * scene.lights.size());
     return kPhotonsOfAPath * paths + images * double(kLightPhotons) * o.paths;
 }
@@ -106,8 +106,11 @@ std::vector<Rgb> Reference::seen(int position, int camera, const Renderer& rende
 }
 
 void Reference::trace(const Scene& scene, const RayCaster& caster, int position, int camera) {
-    const PathScene paths{scene, caster, lamps(position)};
+    PathScene paths{scene, caster, lamps(position)};
     const Camera& eye = cameras_[std::size_t(camera)];
+    const int half = std::max(1, options_.paths / 2);
+    const uint64_t photons = lamps_meet_specular(scene) ? uint64_t(options_.paths) * kLightPhotons : 0;
+    paths.light_image = float(photons) / float(half) * CameraRays(eye, eye.size).pixel_solid_angle();
     const int columns = size(camera).x, rows = size(camera).y;
     const CameraRays rays(eye, {columns, rows});
     const auto number = uint32_t(view(position, camera));
@@ -119,7 +122,6 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
         ReferencePixel& pixel = pixels[p];
         pixel.place = {std::min(place.x / float(columns), 0.99999f),
                        std::min(place.y / float(rows), 0.99999f)};
-        const int half = std::max(1, options_.paths / 2);
         const std::array scrambles{random.next_block(), random.next_block()};  // of both halves
         for (int k = 0; k < 2 * half; ++k) {
             RandomStream path(seed_, RandomPurpose::reference, number, p << 20 | uint64_t(k));
@@ -130,16 +132,15 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
             pixel.indirect[k & 1] += seen.indirect / float(half);
         }
     });
-    if (!point_lamps_meet_specular(scene)) return;
-    // Light that only photons from the lamps find, from two independent images of the camera's own size.
-    for (uint32_t half = 0; half < 2; ++half) {
-        const Image image = light_image(paths, eye, eye.size, uint64_t(options_.paths) * kLightPhotons, seed_,
-                                        2 * number + half);
+    if (photons == 0) return;
+    // Light that photons from the lamps find, from two independent images of the camera's own size.
+    for (uint32_t h = 0; h < 2; ++h) {
+        const Image image = light_image(paths, eye, eye.size, photons, seed_, 2 * number + h);
         for (ReferencePixel& p : pixels) {
             const Rgb& added =
                 image.at(int(p.place.x * float(image.width)), int(p.place.y * float(image.height)));
-            p.all[half] += added;
-            p.indirect[half] += added;
+            p.all[h] += added;
+            p.indirect[h] += added;
         }
     }
 }

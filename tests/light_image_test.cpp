@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/render/light_image.h"
 
-#include <gtest/gtest.h>
-
+#include "common/render/frame.h"
+#include "tests/statistics.h"
 #include "tests/test_scenes.h"
 
 namespace pim {
@@ -71,6 +71,51 @@ TEST(LightImage, HoldsNothingThatPathsFind) {
     const PathScene paths{scene, caster, {{scene.lights[0].position, scene.lights[0].power}}};
     for (const Rgb& pixel : light_image(paths, camera, {8, 8}, 10000, 1, 0).pixels) EXPECT_EQ(pixel, Rgb(0));
     EXPECT_FALSE(point_lamps_meet_specular(scene));
+}
+
+double mean_of(const Image& image) {
+    double sum = 0;
+    for (const Rgb& pixel : image.pixels) sum += double(pixel.x) / double(image.pixels.size());
+    return sum;
+}
+
+// Paths find a rectangle by way of mirrors and glass, too, if seldom: together with a light image the same
+// light, with less noise where the lamp is small.
+TEST(LightImage, SharesARectanglesLightWithPaths) {
+    constexpr int kSize = 16, kSamples = 64;
+    for (const float size : {0.05f, 1.5f}) {
+        MirrorScene m;
+        add_quad(m.scene, {-4, 0, -1}, {5, 0, 0}, {0, 4, 0});  // a wall, which the caustic lights
+        m.scene.materials.push_back(glass_material(1.5f));
+        add_sphere(m.scene, {-2.2f, 1, 0}, 0.5f, 3, false, true, 2);
+        m.scene.lights = {rectangle_lamp({-3.2f, 2.5f, 0}, {size, size}, {1, -1.5f, 0}, Rgb(100))};
+        const RayCaster caster(m.scene.geometry, InstructionSet::pinned);
+        PathScene alone{m.scene, caster, {{m.scene.lights[0].position, m.scene.lights[0].power}}};
+        PathScene together = alone;
+        together.light_image = kSize * kSize * CameraRays(m.camera, {kSize, kSize}).pixel_solid_angle();
+        const auto paths = [&](const PathScene& scene, uint64_t seed) {
+            return mean_of(render_frame(m.camera, {.size = {kSize, kSize}, .samples = kSamples, .seed = seed},
+                                        [&](const Ray& ray, RandomStream& random) {
+                                            return path_radiance(scene, ray, random).indirect;
+                                        }));
+        };
+        Mean by_paths, by_both, by_image;
+        for (uint64_t seed = 1; seed <= 32; ++seed) {
+            by_paths.add(paths(alone, seed));
+            const double image =
+                mean_of(light_image(together, m.camera, {kSize, kSize}, kSize * kSize * kSamples, seed, 0));
+            by_image.add(image);
+            by_both.add(paths(together, seed + 100) + image);
+        }
+        // Student's t with 31 degrees of freedom: 5.2 standard errors are passed once in 100,000.
+        EXPECT_NEAR(by_both.value(), by_paths.value(),
+                    5.2 * std::hypot(by_both.standard_error(), by_paths.standard_error()));
+        EXPECT_LT(by_both.standard_error(), 0.02 * by_both.value());
+        EXPECT_GT(by_image.value(), 0);
+        if (size < 1) {
+            EXPECT_LT(by_both.standard_error(), 0.5 * by_paths.standard_error());
+        }
+    }
 }
 
 }  // namespace

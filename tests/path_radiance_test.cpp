@@ -214,10 +214,13 @@ TEST(PointLampsMeetSpecular, OnlyWherePointLampsAndSmoothSurfacesMeet) {
     EXPECT_FALSE(point_lamps_meet_specular(scene));
     scene.materials.push_back(glass_material(1.5f));
     EXPECT_FALSE(point_lamps_meet_specular(scene));  // no surface of it
+    EXPECT_FALSE(lamps_meet_specular(scene));
     scene.geometry.triangles[0].material = 1;
     EXPECT_TRUE(point_lamps_meet_specular(scene));
+    EXPECT_TRUE(lamps_meet_specular(scene));
     scene.lights[0] = rectangle_lamp(Vec3(0.5f), {0.1f, 0.1f}, {0, -1, 0});
     EXPECT_FALSE(point_lamps_meet_specular(scene));
+    EXPECT_TRUE(lamps_meet_specular(scene));
 }
 
 }  // namespace

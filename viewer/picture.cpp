@@ -27,8 +27,12 @@ PathScene lit_scene(const BakedScene& baked, const RayCaster& caster, const View
 
 Image render_paths(const BakedScene& baked, const RayCaster& caster, const PictureOptions& o,
                    const FrameOptions& frame) {
-    const PathScene scene = lit_scene(baked, caster, o.state);
+    PathScene scene = lit_scene(baked, caster, o.state);
     const bool direct = direct_part(o.state) != DirectLight::none, indirect = indirect_part(o.state);
+    const bool by_photons = indirect && lamps_meet_specular(baked.scene);
+    const uint64_t pixels = uint64_t(frame.size.x) * uint64_t(frame.size.y);
+    if (by_photons)
+        scene.light_image = float(pixels) * CameraRays(o.state.camera, frame.size).pixel_solid_angle();
     Image image = render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
         Rgb shown(0);
@@ -36,9 +40,9 @@ Image render_paths(const BakedScene& baked, const RayCaster& caster, const Pictu
         if (indirect) shown += seen.indirect;
         return shown;
     });
-    if (!indirect || !point_lamps_meet_specular(baked.scene)) return image;
-    const uint64_t photons = uint64_t(image.width) * uint64_t(image.height) * uint64_t(o.samples);
-    const Image added = light_image(scene, o.state.camera, o.size, photons, frame.seed, 0);
+    if (!by_photons) return image;
+    const Image added =
+        light_image(scene, o.state.camera, frame.size, pixels * uint64_t(o.samples), frame.seed, 0);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += added.pixels[i];
     return image;
 }

@@ -33,6 +33,10 @@ class CameraRays {
         float solid_angle;
     };
     std::optional<Pixel> pixel_of(const Vec3& position) const;
+    // Of a pixel in the middle, sr.
+    float pixel_solid_angle() const {
+        return 4 * right_.length() * down_.length() / (float(size_.x) * float(size_.y));
+    }
     const Imath::V2i& size() const { return size_; }
     const Vec3& eye() const { return eye_; }
 

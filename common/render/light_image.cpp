@@ -16,9 +16,9 @@ class Splatter {
     Splatter(const PathScene& scene, const Camera& camera, const Imath::V2i& size, float photons)
         : scene_(scene), rays_(camera, size), photons_(photons), image_(size.x, size.y) {}
 
-    void add(const Landing& landing, const Rgb& power) {
-        if (!landing.begins_specular || is_black(landing.surface.diffuse)) return;
+    void add(const Landing& landing, std::size_t light) {
         const SurfacePoint& s = landing.surface;
+        if (!landing.begins_specular || is_black(s.diffuse)) return;
         const auto seen = rays_.pixel_of(s.position);
         if (!seen) return;
         const Vec3 path = rays_.eye() - s.position;
@@ -29,8 +29,10 @@ class Splatter {
         const Vec3 origin = s.leave(towards, scene_.caster.surface_offset());
         if (scene_.caster.occluded({origin, towards, (rays_.eye() - origin).length()})) return;
         // flux · rho/pi · cos / d², spread over the pixel's solid angle
-        image_.at(seen->x, seen->y) += power * landing.flux * s.diffuse *
-                                       (cosine / (kPi * distance * distance * seen->solid_angle * photons_));
+        const float share = light_image_share(scene_, light, distance, cosine);
+        image_.at(seen->x, seen->y) +=
+            scene_.lights[light].power * landing.flux * s.diffuse *
+            (share * cosine / (kPi * distance * distance * seen->solid_angle * photons_));
     }
     const Image& image() const { return image_; }
 
@@ -49,15 +51,15 @@ Image light_image(const PathScene& scene, const Camera& camera, const Imath::V2i
     const auto& lights = scene.scene.lights;
     parallel_for(kBlocks, [&](std::size_t block) {
         EnergyAccount ignored;
-        for (std::size_t l = 0; l < lights.size(); ++l)
-            for (uint64_t photon = block; !lights[l].rectangle() && photon < photons_per_lamp;
-                 photon += kBlocks) {
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+            if (lights[l].rectangle() && !(scene.light_image > 0)) continue;
+            for (uint64_t photon = block; photon < photons_per_lamp; photon += kBlocks) {
                 RandomStream random(seed, RandomPurpose::light_image, stream << 8 ^ uint32_t(l), photon);
                 trace_photon(
                     scene.scene, scene.caster, lights[l], scene.lights[l].position, random,
-                    [&](const Landing& landing) { splatters[block].add(landing, scene.lights[l].power); },
-                    ignored);
+                    [&](const Landing& landing) { splatters[block].add(landing, l); }, ignored);
             }
+        }
     });
     Image sum(size.x, size.y);
     for (const Splatter& splatter : splatters)

@@ -93,7 +93,7 @@ class Path {
             add_lamps_met(ray, hit ? hit->distance : std::numeric_limits<float>::infinity());
             if (!hit) break;
             const SurfacePoint surface = surface_at(scene_.scene, *hit);
-            if (length == 0) seen_.surface = true;
+            if (length == 0) begin_at(ray, hit->distance, surface);
             arrive(ray, hit->distance, surface);
             const float survival = length < kAlwaysSurvives ? 1 : survival_probability(surface, throughput_);
             const auto scattered =
@@ -105,6 +105,7 @@ class Path {
             if (!scattered || !(scattered->correction > 0)) break;
             throughput_ *= scattered->weight * scattered->correction;
             note_event(*scattered, surface);
+            if (length == 0) first_is_diffuse_ = scattered->event == Event::diffuse;
             ray = {surface.leave(scattered->direction, scene_.caster.surface_offset()), scattered->direction};
         }
         return seen_;
@@ -114,6 +115,12 @@ class Path {
     void add(const Rgb& radiance, bool straight_to_first_diffuse) {
         seen_.total += radiance;
         if (!straight_to_first_diffuse) seen_.indirect += radiance;
+    }
+
+    void begin_at(const Ray& ray, float distance, const SurfacePoint& surface) {
+        seen_.surface = true;
+        eye_distance_ = distance;
+        eye_cosine_ = -ray.direction.dot(surface.geometric_normal);
     }
 
     bool comes_from_diffuse() const { return diffuse_events_ > 0 && !specular_since_diffuse_; }
@@ -160,6 +167,8 @@ class Path {
             const auto distance = intersect(*shape, state.position, ray.origin, ray.direction);
             if (!distance || *distance >= limit) continue;
             float weight = 1;
+            if (first_is_diffuse_ && specular_since_diffuse_)
+                weight -= light_image_share(scene_, l, eye_distance_, eye_cosine_);
             if (comes_from_diffuse()) {
                 const float cosine = -ray.direction.dot(shape->normal);
                 weight = power_heuristic(density_, *distance * *distance / (cosine * shape->area())) *
@@ -225,6 +234,8 @@ class Path {
     float density_ = 0;           // per solid angle, of the last diffuse event
     float gathered_density_ = 0;  // per area, of the last surface; 0 if not found by a diffuse event
     Vec3 last_normal_{0};
+    float eye_distance_ = 0, eye_cosine_ = 0;  // of the first surface
+    bool first_is_diffuse_ = false;            // the first event
 };
 
 }  // namespace
@@ -233,12 +244,23 @@ Seen path_radiance(const PathScene& scene, const Ray& ray, RandomStream& random)
     return Path(scene, random).trace(ray);
 }
 
+float light_image_share(const PathScene& scene, std::size_t light, float distance, float cosine) {
+    const RectangleShape* rectangle = scene.scene.lights[light].rectangle();
+    if (!rectangle) return 1;
+    return power_heuristic(scene.light_image * distance * distance,
+                           rectangle->area() * std::max(0.0f, cosine));
+}
+
+bool lamps_meet_specular(const Scene& scene) {
+    return !scene.lights.empty() && std::ranges::any_of(scene.geometry.triangles, [&](const Triangle& t) {
+        const Material& m = scene.materials[t.material];
+        return m.glass || !is_black(m.specular);
+    });
+}
+
 bool point_lamps_meet_specular(const Scene& scene) {
-    const bool point = std::ranges::any_of(scene.lights, [](const Light& l) { return !l.rectangle(); });
-    return point && std::ranges::any_of(scene.geometry.triangles, [&](const Triangle& t) {
-               const Material& m = scene.materials[t.material];
-               return m.glass || !is_black(m.specular);
-           });
+    return std::ranges::any_of(scene.lights, [](const Light& l) { return !l.rectangle(); }) &&
+           lamps_meet_specular(scene);
 }
 
 }  // namespace pim
