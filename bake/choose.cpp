@@ -15,7 +15,7 @@
 namespace pim {
 namespace {
 
-constexpr double kReferenceShare = 0.06;   // of a time budget that the held-out paths take
+constexpr double kReferenceShare = 0.1;     // of a time budget that the held-out paths take
 constexpr double kPathsFirst = 64;          // per pixel, before there are more pixels
 constexpr double kFewestPixels = 0.0625;    // of those that a long bake takes
 constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the trial
