@@ -110,7 +110,7 @@ void Reference::trace(const Scene& scene, const RayCaster& caster, int position,
     const Camera& eye = cameras_[std::size_t(camera)];
     const int half = std::max(1, options_.paths / 2);
     const uint64_t photons = lamps_meet_specular(scene) ? uint64_t(options_.paths) * kLightPhotons : 0;
-    paths.light_image = float(photons) / float(half) * CameraRays(eye, eye.size).pixel_solid_angle();
+    paths.image_photons = float(photons) / float(half) * CameraRays(eye, eye.size).pixel_solid_angle();
     const int columns = size(camera).x, rows = size(camera).y;
     const CameraRays rays(eye, {columns, rows});
     const auto number = uint32_t(view(position, camera));

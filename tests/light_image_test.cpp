@@ -92,7 +92,7 @@ TEST(LightImage, SharesARectanglesLightWithPaths) {
         const RayCaster caster(m.scene.geometry, InstructionSet::pinned);
         PathScene alone{m.scene, caster, {{m.scene.lights[0].position, m.scene.lights[0].power}}};
         PathScene together = alone;
-        together.light_image = kSize * kSize * CameraRays(m.camera, {kSize, kSize}).pixel_solid_angle();
+        together.image_photons = kSize * kSize * CameraRays(m.camera, {kSize, kSize}).pixel_solid_angle();
         const auto paths = [&](const PathScene& scene, uint64_t seed) {
             return mean_of(render_frame(m.camera, {.size = {kSize, kSize}, .samples = kSamples, .seed = seed},
                                         [&](const Ray& ray, RandomStream& random) {

@@ -32,7 +32,7 @@ Image render_paths(const BakedScene& baked, const RayCaster& caster, const Pictu
     const bool by_photons = indirect && lamps_meet_specular(baked.scene);
     const uint64_t pixels = uint64_t(frame.size.x) * uint64_t(frame.size.y);
     if (by_photons)
-        scene.light_image = float(pixels) * CameraRays(o.state.camera, frame.size).pixel_solid_angle();
+        scene.image_photons = float(pixels) * CameraRays(o.state.camera, frame.size).pixel_solid_angle();
     Image image = render_frame(o.state.camera, frame, [&](const Ray& ray, RandomStream& random) {
         const Seen seen = path_radiance(scene, ray, random);
         Rgb shown(0);

@@ -44,7 +44,7 @@ class RandomStream {
 
     static constexpr int kBlock = 8;
     using Block = std::array<uint32_t, kBlock>;
-    // The next numbers, in units of 2^-32, are these; then the stream goes on as if they were not there.
+    // The next numbers, in units of 2^-32, are these; then comes the stream's next block.
     void begin_with(const Block& numbers) {
         block_ = numbers;
         used_ = 0;

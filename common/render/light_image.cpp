@@ -52,7 +52,7 @@ Image light_image(const PathScene& scene, const Camera& camera, const Imath::V2i
     parallel_for(kBlocks, [&](std::size_t block) {
         EnergyAccount ignored;
         for (std::size_t l = 0; l < lights.size(); ++l) {
-            if (lights[l].rectangle() && !(scene.light_image > 0)) continue;
+            if (lights[l].rectangle() && !(scene.image_photons > 0)) continue;
             for (uint64_t photon = block; photon < photons_per_lamp; photon += kBlocks) {
                 RandomStream random(seed, RandomPurpose::light_image, stream << 8 ^ uint32_t(l), photon);
                 trace_photon(

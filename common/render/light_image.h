@@ -2,7 +2,7 @@
 // What path_radiance cannot find, or by chance only: light that has passed mirrors or glass before its first
 // diffuse surface. Photons from the lamp, each connected to the camera wherever it lands (light tracing:
 // Dutre, Lafortune, Willems: Monte Carlo light tracing with direct computation of pixel intensities, 1993).
-// Of rectangles a share (light_image_share), if PathScene::light_image says that an image is added. What is
+// Of rectangles a share (light_image_share), if PathScene::image_photons says that an image is added. What is
 // seen in mirrors or through glass no connection finds: such light of point lamps stays missing.
 #pragma once
 

@@ -247,7 +247,7 @@ Seen path_radiance(const PathScene& scene, const Ray& ray, RandomStream& random)
 float light_image_share(const PathScene& scene, std::size_t light, float distance, float cosine) {
     const RectangleShape* rectangle = scene.scene.lights[light].rectangle();
     if (!rectangle) return 1;
-    return power_heuristic(scene.light_image * distance * distance,
+    return power_heuristic(scene.image_photons * distance * distance,
                            rectangle->area() * std::max(0.0f, cosine));
 }
 

@@ -15,7 +15,7 @@ struct PathScene {
     bool show_lamps = false;  // to camera rays that meet nothing diffuse before
     // Where a light image (light_image.h) is added: its photons of one lamp for each path of a pixel, times a
     // pixel's solid angle, sr. 0: there is none.
-    float light_image = 0;
+    float image_photons = 0;
 };
 
 struct Seen {
