@@ -32,7 +32,11 @@ std::optional<Choice> read_choice(const fs::path& work_folder) {
             .description = json.at("description"), .open = json.at("open"), .settings = {}, .grid = {}};
         for (const auto& s : json.at("settings")) choice.settings.push_back({s.at(0), s.at(1), s.at(2)});
         const auto& grid = json.at("grid");
-        choice.grid = {grid.at("cell_size"), grid.at("square"), grid.at("noise"), grid.at("patches")};
+        choice.grid = {.cell_size = grid.at("cell_size"),
+                       .square = grid.at("square"),
+                       .doubt = grid.at("doubt"),
+                       .noise = grid.at("noise"),
+                       .patches = grid.at("patches")};
         choice.finished = json.at("finished");
         return choice;
     } catch (const nlohmann::json::exception&) {
@@ -47,6 +51,7 @@ void write_choice(const fs::path& work_folder, const Choice& choice) {
                         {"grid",
                          {{"cell_size", choice.grid.cell_size},
                           {"square", choice.grid.square},
+                          {"doubt", choice.grid.doubt},
                           {"noise", choice.grid.noise},
                           {"patches", choice.grid.patches}}},
                         {"finished", choice.finished}};

@@ -15,8 +15,8 @@
 namespace pim {
 namespace {
 
-constexpr double kGridShare = 0.9;    // of the squared target error that cells alone may make
-constexpr double kSearchShare = 0.5;  // of the time for all cells that are tried
+constexpr double kGridShare = 0.5;     // of the squared target error that cells alone may make
+constexpr double kSearchShare = 0.5;   // of the time for all cells that are tried
 constexpr double kReachShare = 0.025;  // of the time for what light reaches, with each of these cells
 constexpr uint64_t kFewestReach = 1 << 19;
 constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end
@@ -131,9 +131,8 @@ class CellChooser {
     double grid_cost(const GridFigures& f, double seconds) const {
         const double keeping = kPatchPhotons * double(f.patches), square = std::max(0.0, f.square);
         if (!goal_.has_budget()) {
-            const double room = goal_.square() - square;
-            return square < kGridShare * goal_.square() ? map_noise(f) / room + keeping
-                                                        : 1e18 * square / goal_.square();
+            const double room = goal_.square() - square / kGridShare;
+            return room > 0 ? map_noise(f) / room + keeping : 1e18 * square / goal_.square();
         }
         if (seconds > 0 && goal_.seconds() + seconds > kSearchShare * goal_.budget())
             return std::numeric_limits<double>::infinity();

@@ -23,6 +23,7 @@ constexpr double kNoiseAllowed = 10;
 constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
 constexpr double kTimeGrowth = 0.5;   // power of the patches with which the time for a size grows, about
 constexpr double kErrorGrowth = 1.4;  // ... of the cells' size with which their squared error grows, about
+constexpr double kGrowthDoubt = 0.4;  // of that power
 
 }  // namespace
 
@@ -52,14 +53,19 @@ const GridFigures& GridSearch::measure_as_set(double cell_size) {
     measured_ = find_cells(scene_, caster_, allowed_);
     held_out_.set_cells(scene_, caster_, measured_);
     const auto a = own_volumes(measured_, 1), b = own_volumes(measured_, 2);
+    const auto square = with_expected(held_out_.doubtful_square(a, b), cell_size);
     GridFigures& figures = known_[cell_size];
-    figures = {cell_size, std::max(held_out_.likely_square(a, b), least_square(cell_size)),
-               held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons), measured_.patches.size()};
-    log_info(
-        fmt::format("cells of {:.3g} m: {} patches, error of the grid {:.4f}, noise of a million photons "
-                    "per lamp {:.4f}",
-                    cell_size, figures.patches, std::sqrt(std::max(0.0, figures.square)),
-                    std::sqrt(figures.noise / 1e6)));
+    figures = {.cell_size = cell_size,
+               .square = std::max(likely_error(square).square, least_square(cell_size)),
+               .doubt = square.doubt,
+               .noise = held_out_.usual_difference(a, b) / 2 * double(scene_.bake.photons),
+               .patches = measured_.patches.size()};
+    const double error = std::sqrt(figures.square);
+    log_info(fmt::format(
+        "cells of {:.3g} m: {} patches, error of the grid {:.4f} ± {:.4f}, noise of a million photons "
+        "per lamp {:.4f}",
+        cell_size, figures.patches, error, std::sqrt(figures.square + 2 * figures.doubt) - error,
+        std::sqrt(figures.noise / 1e6)));
     seconds_ = watch.seconds();
     return figures;
 }
@@ -78,14 +84,26 @@ double GridSearch::least_square(double cell_size) const {
     return least;
 }
 
+// What the nearest size lets expect counts too, each by its doubt: rare bright photons in small patches make
+// that of a measure large.
+Doubtful GridSearch::with_expected(const Doubtful& measured, double cell_size) const {
+    if (known_.empty() || !(nearest(cell_size).square > 0)) return measured;
+    const GridFigures near = nearest(cell_size), expected = hoped_at(cell_size);
+    const double growth = kGrowthDoubt * std::log(near.cell_size / cell_size);
+    return combined({expected.square, expected.square * std::hypot(near.doubt / near.square, growth)},
+                    measured);
+}
+
 // Noise goes with one over the cells' area, patches with less: edges hold more of them in large cells.
 GridFigures GridSearch::hoped_at(double cell_size) const {
     if (const auto found = known_.find(cell_size); found != known_.end()) return found->second;
     const GridFigures& near = nearest(cell_size);
     const double ratio = near.cell_size / cell_size;
     const double square = std::max(least_square(cell_size), near.square * std::pow(ratio, -kErrorGrowth));
-    return {cell_size, square, near.noise * ratio * ratio,
-            std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
+    return {.cell_size = cell_size,
+            .square = square,
+            .noise = near.noise * ratio * ratio,
+            .patches = std::size_t(double(near.patches) * std::min(ratio * ratio, std::pow(ratio, 1.5)))};
 }
 
 uint64_t GridSearch::photons_for(double cell_size) const {

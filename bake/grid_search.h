@@ -12,6 +12,7 @@ namespace pim {
 struct GridFigures {
     double cell_size = 0;  // m
     double square = 0;     // of the error that remains with ever more photons, ||I-R||²/||R||²
+    double doubt = 0;      // its standard error
     double noise = 0;      // of one photon per lamp, in the same measure; of n photons: noise / n
     std::size_t patches = 0;
 };
@@ -38,6 +39,7 @@ class GridSearch {
     const GridFigures& measure_as_set(double cell_size);
     const GridFigures& nearest(double cell_size) const;  // of those measured
     double least_square(double cell_size) const;
+    Doubtful with_expected(const Doubtful& measured, double cell_size) const;
     // What a size is likely to be, as far as is known.
     GridFigures hoped_at(double cell_size) const;
     uint64_t photons_for(double cell_size) const;

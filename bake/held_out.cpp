@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/statistics.h"
 #include "common/core/sampling.h"
 #include "common/map/irradiance.h"
 #include "common/render/specular_walk.h"
@@ -13,7 +12,6 @@ namespace pim {
 namespace {
 
 constexpr uint64_t kSeed = 0x48e1d;
-constexpr double kNoDoubt = 1e6;    // times its doubt, a square is what was measured
 constexpr double kMostScatter = 1;  // of squared errors among views, in their squared mean; more is doubtful
 
 // All lamps at once; each position's lamps are shifted by numbers of their own, so that lamps do not move in
@@ -40,27 +38,6 @@ std::vector<std::vector<LightState>> spread_lamps(const Scene& scene, const Soli
         }
     }
     return lamps;
-}
-
-// What an error can be whose square was measured with normal error `doubt`, any error from 0 up as likely as
-// any other before: its mean, and the mean of its square.
-struct LikelyError {
-    double mean, square;
-};
-
-LikelyError likely_error(double square, double doubt) {
-    if (!(doubt > 0) || square > kNoDoubt * doubt)
-        return {std::sqrt(std::max(0.0, square)), std::max(0.0, square)};
-    constexpr int kSteps = 400;
-    const double t = std::max(-8.0, square / doubt), unit = std::sqrt(doubt);
-    const double low = std::sqrt(std::max(0.0, t - 8)), high = std::sqrt(std::max(0.0, t) + 8);
-    double all = 0, first = 0, second = 0;
-    for (int i = 0; i < kSteps; ++i) {
-        const double x = low + (high - low) * (i + 0.5) / kSteps, beyond = t - x * x;
-        const double likely = std::exp(-0.5 * beyond * beyond + (t < 0 ? 0.5 * t * t : 0));
-        all += likely, first += likely * x, second += likely * x * x;
-    }
-    return {unit * first / all, doubt * second / all};
 }
 
 // Diffuse surfaces that a ray sees, with the radiance that irradiance 1 there would send along it.
@@ -185,9 +162,9 @@ double HeldOut::square(const std::vector<Values>& a, const std::vector<Values>& 
     return mean(squares(a, b));
 }
 
-double HeldOut::likely_square(const std::vector<Values>& a, const std::vector<Values>& b) const {
+Doubtful HeldOut::doubtful_square(const std::vector<Values>& a, const std::vector<Values>& b) const {
     const auto all = squares(a, b);
-    return likely_error(mean(all), standard_error(all)).square;
+    return {mean(all), standard_error(all)};
 }
 
 std::vector<double> HeldOut::differences(const std::vector<Values>& a, const std::vector<Values>& b) const {
@@ -242,7 +219,7 @@ HeldOut::Error HeldOut::error(const std::vector<Values>& values) const {
         }
         const double scatter = n > 1 ? std::max(0.0, squares - mean * mean) * n / (n - 1) : 0;
         const double doubt = std::sqrt(scatter / n);  // of the mean
-        const LikelyError likely = likely_error(mean, doubt);
+        const LikelyError likely = likely_error({mean, doubt});
         if (likely.square > 0) {
             const double between =
                 std::clamp((scatter - within) / (likely.square * likely.square), 0.0, kMostScatter);

@@ -5,6 +5,7 @@
 
 #include "bake/cells.h"
 #include "bake/reference.h"
+#include "bake/statistics.h"
 
 namespace pim {
 
@@ -30,8 +31,8 @@ class HeldOut {
     // ||I - R||² / ||R||², mean over all views. `a` and `b` [position] are two estimates of the patches'
     // irradiance; where their noise is independent, none of it is in the result.
     double square(const std::vector<Values>& a, const std::vector<Values>& b) const;
-    // Its mean given that it is not negative and how it scatters among the views.
-    double likely_square(const std::vector<Values>& a, const std::vector<Values>& b) const;
+    // With its standard error, from the scatter among the views.
+    Doubtful doubtful_square(const std::vector<Values>& a, const std::vector<Values>& b) const;
     // ||I_a - I_b||² / ||R||², mean over all views; and their median, which a rare bright photon in a small
     // patch does not move.
     double difference(const std::vector<Values>& a, const std::vector<Values>& b) const;
