@@ -44,6 +44,16 @@ HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_
     return size;
 }
 
+// A photon's share of a reference, as reference_photons counts them.
+double time_reference(const Scene& scene, const RayCaster& caster, const Solids& solids) {
+    const HeldOut::Size few{.positions = 8, .pixels = 500, .paths = 4};
+    const Stopwatch watch;
+    const HeldOut trial(scene, caster, solids, few);
+    return watch.seconds() /
+           reference_photons(
+               scene, {.lights = few.positions, .pixels = few.pixels, .paths = few.paths, .geometry = {}});
+}
+
 bool is_of_cells(const Setting& s) { return table_of_setting(s.key) == "grid" || s.key == "photons"; }
 
 // What an earlier run chose for the cells holds for any goal.
@@ -73,7 +83,8 @@ Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>&
     const PhotonTrial trial = goal.has_budget() ? time_photons(scene, caster, allowed) : PhotonTrial{};
     const PhotonSeconds seconds{.baked = kPhotonSecondsMore * trial.seconds_per_photon,
                                 .alone = kPhotonSecondsMore * trial.seconds_alone};
-    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, seconds.alone));
+    const double reference_seconds = goal.has_budget() ? time_reference(scene, caster, solids) : 0;
+    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, reference_seconds));
     CellChoice cells =
         known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, seconds);
     return {seconds.baked, std::move(held_out), std::move(cells)};

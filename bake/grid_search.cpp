@@ -16,11 +16,11 @@ namespace {
 
 constexpr int kOwn = 1 << 18;                       // numbers of lamp positions that no bake uses
 constexpr int kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr double kFewestPhotons = 1 << 12, kMostPhotons = 1 << 20;  // per lamp, position and half
+constexpr double kFewestPhotons = 1 << 11;          // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
-constexpr double kWorthwhile = 0.9;   // hopes for a cost that is hardly lower are not looked into
+constexpr double kWorthwhile = 0.97;  // hopes for a cost that is hardly lower are not looked into
 constexpr double kTimeGrowth = 0.5;   // power of the patches with which the time for a size grows, about
 constexpr double kErrorGrowth = 1.4;  // ... of the cells' size with which their squared error grows, about
 constexpr double kGrowthDoubt = 0.4;  // of that power
@@ -28,13 +28,14 @@ constexpr double kGrowthDoubt = 0.4;  // of that power
 }  // namespace
 
 GridSearch::GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
-                       double wanted, uint64_t first_photons)
+                       double wanted, uint64_t first_photons, uint64_t most_photons)
     : scene_(std::move(scene)),
       caster_(caster),
       allowed_(allowed),
       held_out_(held_out),
       wanted_(wanted),
-      first_photons_(first_photons) {}
+      first_photons_(first_photons),
+      most_photons_(most_photons) {}
 
 const GridFigures& GridSearch::measure(double cell_size) {
     scene_.grid.resolution = CellSize{cell_size};
@@ -108,8 +109,8 @@ GridFigures GridSearch::hoped_at(double cell_size) const {
 
 uint64_t GridSearch::photons_for(double cell_size) const {
     if (known_.empty()) return first_photons_;
-    return uint64_t(
-        std::clamp(hoped_at(cell_size).noise / (kNoiseAllowed * wanted_), kFewestPhotons, kMostPhotons));
+    return uint64_t(std::clamp(hoped_at(cell_size).noise / (kNoiseAllowed * wanted_), kFewestPhotons,
+                               std::max(kFewestPhotons, double(most_photons_))));
 }
 
 std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int half) const {

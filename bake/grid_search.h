@@ -20,9 +20,9 @@ struct GridFigures {
 class GridSearch {
   public:
     // Squared errors of the size of `wanted` are to be told apart; `first_photons` per lamp, position and
-    // half for the first size. The arguments must outlive the search.
+    // half for the first size, `most_photons` for any. The arguments must outlive the search.
     GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
-               double wanted, uint64_t first_photons);
+               double wanted, uint64_t first_photons, uint64_t most_photons);
     // Of the cells that the scene asks for.
     const GridFigures& measure_given();
 
@@ -50,7 +50,7 @@ class GridSearch {
     const PositionFilter& allowed_;
     HeldOut& held_out_;
     double wanted_;
-    uint64_t first_photons_;
+    uint64_t first_photons_, most_photons_;
     std::map<double, GridFigures> known_;
     double seconds_ = 0;      // that the last took to measure
     Cells measured_, cells_;  // of the size measured last, and of the best
