@@ -16,7 +16,7 @@ namespace pim {
 namespace {
 
 constexpr double kGridShare = 0.5;     // of the squared target error that cells alone may make
-constexpr double kSearchShare = 0.5;   // of the time for all cells that are tried
+constexpr double kSearchShare = 0.35;  // of the time for all cells that are tried
 constexpr double kReachShare = 0.025;  // of the time for what light reaches, with each of these cells
 constexpr uint64_t kFewestReach = 1 << 19;
 constexpr double kTraceShare = 0.6;      // ... that is left for photons in the end

@@ -19,6 +19,7 @@ constexpr double kMostPhotons = 4e9;  // in all, without a time budget
 constexpr double kMetShare = 0.97;    // of the target: what was chosen by its error looks better than it is
 constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
+constexpr double kHalfway = 3;                  // growth in all from which there is a round before the last
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
 constexpr int kRounds = 4;               // of doubling, about, that the photons per position are planned for
 constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
@@ -328,7 +329,8 @@ class LampChooser {
         if (is_met()) return 0;
         const double more = affordable();
         if (more < 1 + kLeastGrowth) return 0;
-        return more < 2 * kFastest ? more : kFastest;  // no small round in the end, which costs a judgement
+        if (more > 2 * kFastest) return kFastest;
+        return more > kHalfway ? more / 2 : more;  // boxes are chosen while there is time for it
     }
 
     // More positions to lamps whose noise is large: least noise in all for a given number of photons.
