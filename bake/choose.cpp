@@ -20,6 +20,12 @@ constexpr double kPathsFirst = 64;          // per pixel, before there are more 
 constexpr double kFewestPixels = 0.0625;    // of those that a long bake takes
 constexpr double kPhotonSecondsMore = 1.5;  // with counting them, than in the trial
 
+// Photons that cost as much time as a reference of this size.
+double photons_of(const Scene& scene, const HeldOut::Size& size) {
+    return reference_photons(
+        scene, {.lights = size.positions, .pixels = size.pixels, .paths = size.paths, .geometry = {}});
+}
+
 // More paths for a smaller error, or as many as the time allows. The reference's noise counts with its
 // square: first come paths, then pixels.
 HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_seconds) {
@@ -33,10 +39,7 @@ HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_
     const double all = std::min(4e6, 1e5 * goal.budget());
     if (dear && all < 1.7e6) size.positions /= 2;
     const auto affordable = [&] {  // paths per pixel
-        const double seconds =
-            photon_seconds *
-            reference_photons(scene,
-                              {.lights = size.positions, .pixels = size.pixels, .paths = 1, .geometry = {}});
+        const double seconds = photon_seconds * photons_of(scene, {size.positions, size.pixels, 1});
         return std::min(all / (size.positions * size.pixels), kReferenceShare * goal.budget() / seconds);
     };
     if (!dear) size.pixels = int(size.pixels * std::clamp(affordable() / kPathsFirst, kFewestPixels, 1.0));
@@ -44,14 +47,12 @@ HeldOut::Size held_out_size(const Scene& scene, const Goal& goal, double photon_
     return size;
 }
 
-// A photon's share of a reference, as reference_photons counts them.
-double time_reference(const Scene& scene, const RayCaster& caster, const Solids& solids) {
+// Seconds for one of these photons, from a small reference.
+double time_reference_photon(const Scene& scene, const RayCaster& caster, const Solids& solids) {
     const HeldOut::Size few{.positions = 8, .pixels = 500, .paths = 4};
     const Stopwatch watch;
     const HeldOut trial(scene, caster, solids, few);
-    return watch.seconds() /
-           reference_photons(
-               scene, {.lights = few.positions, .pixels = few.pixels, .paths = few.paths, .geometry = {}});
+    return watch.seconds() / photons_of(scene, few);
 }
 
 bool is_of_cells(const Setting& s) { return table_of_setting(s.key) == "grid" || s.key == "photons"; }
@@ -83,8 +84,8 @@ Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>&
     const PhotonTrial trial = goal.has_budget() ? time_photons(scene, caster, allowed) : PhotonTrial{};
     const PhotonSeconds seconds{.baked = kPhotonSecondsMore * trial.seconds_per_photon,
                                 .alone = kPhotonSecondsMore * trial.seconds_alone};
-    const double reference_seconds = goal.has_budget() ? time_reference(scene, caster, solids) : 0;
-    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, reference_seconds));
+    const double reference_photon = goal.has_budget() ? time_reference_photon(scene, caster, solids) : 0;
+    HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, reference_photon));
     CellChoice cells =
         known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, seconds);
     return {seconds.baked, std::move(held_out), std::move(cells)};

@@ -27,12 +27,11 @@ constexpr double kPhotonsOfAPatch = 7;   // cost as much as it does at a positio
 constexpr double kMostPositions = 2000;
 // Boxes ask for positions, and the larger the photons' number, the more error stands in too few boxes.
 constexpr double kPositionsOfAMillion = 80;  // at least, with the root of the millions
-// To measure cells by, per lamp and position: for the first ones, and at most.
-constexpr uint64_t kFirstPhotons = 1 << 14, kMostPhotons = 1 << 20;
-constexpr double kMeasureShare = 0.05;  // ... with a time budget: of it, for each size
-constexpr double kFewestPhotons = 1 << 11;
-constexpr double kFirstCells = 22;       // along the longest side
-constexpr double kCellsOfAMillion = 14;  // ... with a time for a million photons
+constexpr uint64_t kFirstPhotons = 1 << 14;  // per lamp, position and half, to measure the first cells by
+constexpr double kMeasureShare = 0.05;       // ... of a time budget instead, for each size
+constexpr double kNoiseLeft = 0.35;          // by filter and shrinkage, about; of a fit's noise
+constexpr double kFirstCells = 22;           // along the longest side
+constexpr double kCellsOfAMillion = 14;      // ... with a time for a million photons
 
 // One digit times a power of ten.
 uint64_t round_number(double x) {
@@ -57,7 +56,7 @@ class CellChooser {
         if (scene_.choices.reach_photons && goal_.has_budget()) choose_reach();
         Scene scene = scene_;
         scene.grid = grid_;
-        const uint64_t most = goal_.has_budget() ? affordable_volume() : kMostPhotons;
+        const uint64_t most = goal_.has_budget() ? affordable_volume() : GridSearch::kMostPhotons;
         GridSearch search(std::move(scene), caster_, allowed_, held_out_, goal_.hoped_square(),
                           goal_.has_budget() ? most : kFirstPhotons, most);
         if (scene_.choices.cells)
@@ -113,7 +112,8 @@ class CellChooser {
     uint64_t affordable_volume() const {  // photons
         const double volumes = 2.0 * held_out_.positions() * double(scene_.lights.size());
         const double affordable = kMeasureShare * goal_.budget() / photon_seconds_.baked;
-        return uint64_t(std::clamp(affordable / volumes, kFewestPhotons, double(kMostPhotons)));
+        return uint64_t(std::clamp(affordable / volumes, double(GridSearch::kFewestPhotons),
+                                   double(GridSearch::kMostPhotons)));
     }
 
     double affordable_photons() const { return kTraceShare * goal_.budget() / photon_seconds_.baked; }
@@ -124,9 +124,10 @@ class CellChooser {
                         kLeftShare * std::max(0.0, goal_.left() - seconds) / photon_seconds_.baked);
     }
 
-    // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
-    // shrinkage takes about half of it away again.
-    double map_noise(const GridFigures& f) const { return 0.35 * double(terms_of_cubic(scene_)) * f.noise; }
+    // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions.
+    double map_noise(const GridFigures& f) const {
+        return kNoiseLeft * double(terms_of_cubic(scene_)) * f.noise;
+    }
 
     // Photons that reach the target, or the squared error that the budget reaches after so many seconds more.
     double grid_cost(const GridFigures& f, double seconds) const {

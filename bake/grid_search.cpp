@@ -16,7 +16,6 @@ namespace {
 
 constexpr int kOwn = 1 << 18;                       // numbers of lamp positions that no bake uses
 constexpr int kFewestCells = 4, kMostCells = 2048;  // along the longest side
-constexpr double kFewestPhotons = 1 << 11;          // per lamp, position and half
 // Squared noise of a volume, in squared errors that are wanted: the noise of two halves is independent and
 // averages out over thousands of patches.
 constexpr double kNoiseAllowed = 10;
@@ -109,8 +108,8 @@ GridFigures GridSearch::hoped_at(double cell_size) const {
 
 uint64_t GridSearch::photons_for(double cell_size) const {
     if (known_.empty()) return first_photons_;
-    return uint64_t(std::clamp(hoped_at(cell_size).noise / (kNoiseAllowed * wanted_), kFewestPhotons,
-                               std::max(kFewestPhotons, double(most_photons_))));
+    const double needed = hoped_at(cell_size).noise / (kNoiseAllowed * wanted_);
+    return uint64_t(std::clamp(needed, double(kFewestPhotons), double(most_photons_)));
 }
 
 std::vector<HeldOut::Values> GridSearch::own_volumes(const Cells& cells, int half) const {

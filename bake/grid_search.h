@@ -19,8 +19,10 @@ struct GridFigures {
 
 class GridSearch {
   public:
+    static constexpr uint64_t kFewestPhotons = 1 << 11, kMostPhotons = 1 << 20;
     // Squared errors of the size of `wanted` are to be told apart; `first_photons` per lamp, position and
-    // half for the first size, `most_photons` for any. The arguments must outlive the search.
+    // half for the first size, `most_photons` for any, within the bounds above. The arguments must outlive
+    // the search.
     GridSearch(Scene scene, const RayCaster& caster, const PositionFilter& allowed, HeldOut& held_out,
                double wanted, uint64_t first_photons, uint64_t most_photons);
     // Of the cells that the scene asks for.
