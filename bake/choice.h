@@ -19,7 +19,7 @@ struct Choice {
     bool finished = false;
 };
 
-// Geometry, and which settings a scene leaves open.
+// Geometry, bounds if they are given, and which settings a scene leaves open.
 std::string open_choices(const Scene& scene);
 
 // None if there is none that can be read.

@@ -9,10 +9,12 @@
 #include "bake/choice.h"
 #include "bake/choose_lamps.h"
 #include "bake/tracing.h"
+#include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/render/path_radiance.h"
 
 namespace pim {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr double kReferenceShare = 0.1;     // of a time budget that the held-out paths take
@@ -70,6 +72,17 @@ void append(std::vector<Setting>& settings, const std::vector<Setting>& more) {
     settings.insert(settings.end(), more.begin(), more.end());
 }
 
+// What is chosen anew would not fit.
+void refuse_other_cells(const Scene& scene, const Workplace& place) {
+    const Choices& c = scene.choices;
+    if ((c.cells || c.photons || (c.reach_photons && c.time_budget)) &&
+        fs::exists(place.folder / "cells.vdb"))
+        throw Error(fmt::format(
+            "{}: was made with other settings or another scene; bake with --overwrite, or to another "
+            "file with -o",
+            place.folder.string()));
+}
+
 // All that is known before anything is traced for the map.
 struct Start {
     double photon_seconds;
@@ -86,6 +99,12 @@ Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>&
                                 .alone = kPhotonSecondsMore * trial.seconds_alone};
     const double reference_photon = goal.has_budget() ? time_reference_photon(scene, caster, solids) : 0;
     HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, reference_photon));
+    if (!held_out.sees_light())
+        throw Error(
+            fmt::format("{}: no camera sees any light, so that no error can be judged; aim one at lit "
+                        "surface, give the lamps "
+                        "power, or write the settings of [grid], [bake] and the lamps",
+                        scene.description_file.string()));
     CellChoice cells =
         known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, seconds);
     return {seconds.baked, std::move(held_out), std::move(cells)};
@@ -97,6 +116,7 @@ std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& gi
                                      const Stopwatch& begun) {
     if (!scene.choices.target_error && !scene.choices.time_budget)
         scene.choices.target_error = kDefaultTargetError;
+    check_receivers(scene);
     const Goal goal(scene.choices, begun);
     std::vector<Setting> settings = given;
     append(settings, {{"target_error", ""}, {"time_budget", ""}});  // met from here on
@@ -109,6 +129,7 @@ std::vector<Setting> choose_settings(Scene scene, const std::vector<Setting>& gi
         return settings;
     }
 
+    if (!known) refuse_other_cells(scene, place);
     Start start = prepare(scene, goal, known);
     Choice choice{.description = scene.description,
                   .open = open_choices(scene),

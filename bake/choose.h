@@ -13,9 +13,6 @@
 
 namespace pim {
 
-// What an automatic bake aims at where the description names neither an error nor a time.
-inline constexpr double kDefaultTargetError = 0.03;
-
 // Traces into the work folder and returns all settings for the bake that ends it: `given` and what was
 // chosen, written so that the description holds no open choice any more. With a target error alone, looks at
 // no clock; a time budget runs since `begun`.

@@ -25,6 +25,8 @@ constexpr double kPatchPhotons = 150;    // photons that cost as much time as ke
 constexpr double kPhotonsOfAFile = 2e4;  // cost as much time as a file of a volume, several times over
 constexpr double kPhotonsOfAPatch = 7;   // cost as much as it does at a position whenever fits are judged
 constexpr double kMostPositions = 2000;
+constexpr double kJudgeMemory = 0.3;       // of the memory, for the volumes that fits are judged by
+constexpr double kMostPerPosition = 1e12;  // photons that a description may ask for
 // Boxes ask for positions, and the larger the photons' number, the more error stands in too few boxes.
 constexpr double kPositionsOfAMillion = 80;  // at least, with the root of the millions
 constexpr uint64_t kFirstPhotons = 1 << 14;  // per lamp, position and half, to measure the first cells by
@@ -85,9 +87,10 @@ class CellChooser {
     }
 
     void choose_reach() {
-        const auto affordable = uint64_t(kReachShare * goal_.budget() / photon_seconds_.alone);
+        const double affordable = kReachShare * goal_.budget() / photon_seconds_.alone;
+        const auto most = GridSettings{}.reach_photons;
         grid_.reach_photons =
-            std::clamp(std::bit_floor(affordable), kFewestReach, GridSettings{}.reach_photons);
+            std::bit_floor(uint64_t(std::clamp(affordable, double(kFewestReach), double(most))));
         choice_.settings.push_back({"reach_photons", std::to_string(grid_.reach_photons)});
     }
 
@@ -124,9 +127,10 @@ class CellChooser {
                         kLeftShare * std::max(0.0, goal_.left() - seconds) / photon_seconds_.baked);
     }
 
-    // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions.
+    // Of the map for one photon in all: each fit spreads a term's worth of noise over the positions, and
+    // lamps share the photons.
     double map_noise(const GridFigures& f) const {
-        return kNoiseLeft * double(terms_of_cubic(scene_)) * f.noise;
+        return kNoiseLeft * double(terms_of_cubic(scene_)) * double(scene_.lights.size()) * f.noise;
     }
 
     // Photons that reach the target, or the squared error that the budget reaches after so many seconds more.
@@ -154,18 +158,28 @@ class CellChooser {
         const GridFigures& grid = choice_.grid;
         // The polynomial may make as much of the error as the grid.
         const double room = std::max(goal_.square() - 2 * grid.square, 0.2 * goal_.square());
-        const double wanted = goal_.has_budget() ? photons_left(0) : map_noise(grid) / room;
+        const double wanted =
+            goal_.has_budget() ? photons_left(0) : std::min(map_noise(grid) / room, kMostPhotons);
         double positions = 0;
         for (const Light& light : scene_.lights) positions += planned_positions(light);
         const double fewest = std::max(2000.0, 0.2 * double(grid.patches));
         // More positions serve more boxes, at the same noise; but each has its patches to keep and to judge.
         const double serving = kPositionsOfAMillion * std::sqrt(std::max(1.0, wanted / 1e6));
-        const double most =
+        double most =
             std::max({kPhotonsOfAFile, std::min(kPhotonsOfAPatch * double(grid.patches), wanted / serving),
-                      wanted / kMostPositions});
+                      wanted / most_positions(), fewest});
+        if (std::ranges::none_of(scene_.lights, &Light::choose_samples))
+            most = std::max(fewest, kMostPerPosition);  // only photons can be more
         const uint64_t photons = round_number(std::clamp(wanted / positions, fewest, most));
         choice_.settings.push_back({"photons", std::to_string(photons)});
         log_info(fmt::format("chose {} photons per lamp position", photons));
+    }
+
+    // A target alone does not depend on the machine.
+    double most_positions() const {
+        if (!goal_.has_budget()) return kMostPositions;
+        const double bytes = double(choice_.grid.patches) * double(sizeof(Rgb) + sizeof(float));
+        return std::min(kMostPositions, std::max(1.0, kJudgeMemory * double(memory_there()) / bytes));
     }
 
     const Scene& scene_;

@@ -15,12 +15,14 @@
 namespace pim {
 namespace {
 
-constexpr double kMostPhotons = 4e9;  // in all, without a time budget
 constexpr double kMetShare = 0.97;    // of the target: what was chosen by its error looks better than it is
 constexpr double kWorthwhile = 0.97;  // a change must cut the cost at least to this
 constexpr double kFastest = 4, kSlowest = 1.3;  // growth of the photons in one round
 constexpr double kHalfway = 3;                  // growth in all from which there is a round before the last
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
+constexpr double kPositionsPerBox = 1.2;        // ... per term and box where more boxes are given
+constexpr int kFewestPositions = 5;             // whose scatter tells noise
+constexpr double kMostPositions = 1e6;          // that a description may ask for, per lamp
 constexpr int kRounds = 4;               // of doubling, about, that the photons per position are planned for
 constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
 constexpr double kReadSeconds = 6e-7;    // ... more, where volumes must be read from their files
@@ -46,13 +48,21 @@ int terms_at(const Light& light, int degree) {
 }
 
 double fixed_positions(const Light& light) {
-    if (const auto* grid = std::get_if<Index3>(&light.samples)) return count_of(*grid);
-    double sum = 0;
-    for (const SampleGroup& group : sample_groups(light)) sum += group.count;
-    return sum;
+    double count = 1;
+    if (const auto* grid = std::get_if<Index3>(&light.samples)) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (light.domain.max[axis] > light.domain.min[axis]) count *= (*grid)[axis];
+        return count;
+    }
+    count = 0;
+    for (const SampleGroup& group : sample_groups(light)) count += group.count;
+    return count;
 }
 
-int first_positions(const Light& light) { return std::max(4, int(kPositionsPerTerm * terms_at(light, 3))); }
+int first_positions(const Light& light) {
+    const double per_term = std::max(kPositionsPerTerm, kPositionsPerBox * count_of(light.boxes));
+    return std::max(kFewestPositions, int(per_term * terms_at(light, 3)));
+}
 
 class LampChooser {
   public:
@@ -63,7 +73,8 @@ class LampChooser {
           goal_(goal),
           held_out_(held_out),
           grid_(grid),
-          photon_seconds_(photon_seconds) {}
+          photon_seconds_(photon_seconds),
+          degree_(scene.choices.degree ? 3 : scene.bake.degree) {}
 
     std::vector<Setting> choose(std::optional<Cells> cells, const Workplace& place) {
         begin_lamps();
@@ -85,11 +96,12 @@ class LampChooser {
     void open(std::optional<Cells> cells, const Workplace& place) {
         const Stopwatch watch;
         std::vector<Setting> so_far = settings_;
-        so_far.push_back({"degree", "3"});
+        if (scene_.choices.degree) so_far.push_back({"degree", std::to_string(degree_)});
         append_lamps(so_far);
         tracing_.emplace(read_scene(scene_.description_file, {.settings = so_far, .geometry = {}}));
         open_seconds_ = watch.seconds();
         tracing_->open(place);
+        noted_before_ = noted_seconds();
         tracing_->find_cells(std::move(cells));
         held_out_.set_cells(tracing_->scene(), tracing_->caster(), tracing_->cells());
         fits_.emplace(*tracing_, held_out_);
@@ -102,6 +114,8 @@ class LampChooser {
         const double cost_before = cost(figures_);
         const bool boxes_changed = choose_boxes(), degree_changed = choose_degree();
         if (!boxes_changed && !degree_changed) return;
+        // The error of other boxes is measured already; their noise matters where more photons follow.
+        if (!degree_changed && goal_.has_budget() && affordable() < 1 + kLeastGrowth) return;
         measure();
         if (cost(figures_) < kWorthwhile * cost_before) return;
         lights_ = lights, degree_ = degree;  // promised more than it holds
@@ -116,15 +130,15 @@ class LampChooser {
                                       {"grid", std::sqrt(std::max(0.0, grid_.square))},
                                       {"floor", std::sqrt(std::max(0.0, figures_.floor()))}};
         });
-        tracing_->note_seconds("choose_seconds", goal_.seconds() - noted_seconds());
+        tracing_->note_seconds("choose_seconds", goal_.seconds() - (noted_seconds() - noted_before_));
     }
 
-    double noted_seconds() const {
+    double noted_seconds() const {  // by this run and others
         double sum = 0;
         tracing_->work().update_run([&](nlohmann::json& run) {
             sum = run.value("cells_seconds", 0.0) + run.value("trace_seconds", 0.0);
         });
-        return std::min(sum, goal_.seconds());
+        return sum;
     }
 
     void begin_lamps() {
@@ -132,14 +146,17 @@ class LampChooser {
         for (Light& light : lights_)
             if (light.choose_samples)
                 light.samples = std::vector<SampleGroup>{{light.boxes, first_positions(light)}};
+            else if (light.choose_boxes && !std::holds_alternative<Index3>(light.samples))
+                light.samples = sample_groups(light);  // which other boxes do not move
     }
 
     // What is chosen for each lamp, as settings.
     void append_lamps(std::vector<Setting>& settings) const {
         for (const Light& light : lights_) {
             if (light.choose_boxes) settings.push_back({"boxes", text_of(light.boxes), light.name});
-            if (light.choose_samples)
-                settings.push_back({"samples", text_of(sample_groups(light)), light.name});
+            if (const auto* groups = std::get_if<std::vector<SampleGroup>>(&light.samples);
+                groups && (light.choose_samples || light.choose_boxes))
+                settings.push_back({"samples", text_of(*groups), light.name});
         }
     }
 
@@ -221,10 +238,10 @@ class LampChooser {
     bool choose_boxes() {
         tried_ = {boxes_now()};
         bool changed = false;
-        while (const auto better = better_boxes()) {
-            const auto [light, boxes] = *better;
-            lights_[light].boxes = boxes;
-            figures_ = fits_->change_boxes(light, boxes);
+        while (auto better = better_boxes()) {
+            lights_[better->light].boxes = better->boxes;
+            figures_ = better->figures;
+            fits_->change_boxes(std::move(*better));
             changed = true;
         }
         return changed;
@@ -246,9 +263,9 @@ class LampChooser {
     }
 
     // The change of one lamp's boxes that promises most, if it is worth it.
-    std::optional<std::pair<std::size_t, Index3>> better_boxes() {
+    std::optional<TrialFits::BoxTrial> better_boxes() {
         double least = kWorthwhile * cost(figures_);
-        std::optional<std::pair<std::size_t, Index3>> best;
+        std::optional<TrialFits::BoxTrial> best;
         for (std::size_t l = 0; l < lights_.size(); ++l)
             for (const Index3& boxes : other_divisions(lights_[l])) {
                 if (!has_time_to_judge()) return best;
@@ -256,10 +273,10 @@ class LampChooser {
                 all[l] = boxes;
                 if (std::ranges::find(tried_, all) != tried_.end()) continue;
                 tried_.push_back(std::move(all));
-                const auto figures = fits_->with_boxes(l, boxes);
-                if (!figures || !(cost(*figures) < least)) continue;
-                least = cost(*figures);
-                best = {l, boxes};
+                auto trial = fits_->with_boxes(l, boxes);
+                if (!trial || !(cost(trial->figures) < least)) continue;
+                least = cost(trial->figures);
+                best = std::move(trial);
             }
         return best;
     }
@@ -279,14 +296,30 @@ class LampChooser {
 
     // Plans the next round; false: this was the last.
     bool grow() {
-        if (std::ranges::none_of(lights_, &Light::choose_samples)) return false;
+        if (std::ranges::none_of(lights_, &Light::choose_samples)) {
+            if (!is_met()) warn_of_miss("more samples, photons or boxes");
+            return false;
+        }
         const double factor = goal_.has_budget() ? budget_growth() : target_growth();
         if (!(factor > 1)) {
             if (goal_.has_budget() && !met_) use_what_is_left();
             return false;
         }
+        const double before = photons_in_all();
         share_out(factor);
-        return true;
+        if (photons_in_all() > before) return true;
+        warn_of_miss("more photons per lamp position");
+        return false;
+    }
+
+    void warn_of_miss(const char* mend) const {
+        if (!(goal_.target() > 0)) return;
+        log_warning(fmt::format(
+            "the target error of {} is not reached: it is {:.4f}, of which noise makes {:.4f} and cells "
+            "alone "
+            "{:.4f}; {} would be needed",
+            goal_.target(), figures_.error.relrmse, std::sqrt(std::max(0.0, figures_.noise_sum())),
+            std::sqrt(std::max(0.0, grid_.square)), mend));
     }
 
     // Too little to judge another round: more positions for what was chosen.
@@ -305,20 +338,17 @@ class LampChooser {
     // Beyond the doubt that is left of the figure.
     bool is_met() {
         const double target = goal_.target();
-        met_ = figures_.error.relrmse + figures_.error.standard_error <= kMetShare * target;
+        met_ = target > 0 && figures_.error.relrmse + figures_.error.standard_error <= kMetShare * target;
         if (met_) log_info(fmt::format("the target of {} is met", target));
         return met_;
     }
 
     double target_growth() {
-        const double target = goal_.target(), own = figures_.error.relrmse;
         if (is_met()) return 0;
         const double noise = figures_.noise_sum(), room = goal_.square() - figures_.floor();
-        if (photons_in_all() * kSlowest > kMostPhotons || (room < 0 && noise < 0.1 * figures_.square)) {
-            log_warning(
-                fmt::format("the target error of {} is not reached: it is {:.4f}, of which noise makes "
-                            "{:.4f} and cells alone {:.4f}; finer cells or more boxes would be needed",
-                            target, own, std::sqrt(noise), std::sqrt(std::max(0.0, grid_.square))));
+        const bool futile = room < 0 && noise < 0.1 * figures_.square;
+        if (futile || photons_in_all() * kSlowest > kMostPhotons) {
+            warn_of_miss(futile ? "finer cells or more boxes" : "a time budget, which allows more photons,");
             return 0;
         }
         const double needed = room > 0.2 * goal_.square() ? 1.05 * noise / room : kFastest / 2;
@@ -345,7 +375,8 @@ class LampChooser {
             Light& light = lights_[l];
             if (!light.choose_samples) continue;
             const double wanted = factor * all * weight(l) / weights, has = fixed_positions(light);
-            const int more = int(std::lround(std::min(wanted, std::max(factor, kFastest) * has) - has));
+            const double most = std::min(kMostPositions, std::max(factor, kFastest) * has);
+            const int more = int(std::lround(std::min(wanted, most) - has));
             if (more <= 0) continue;
             auto groups = sample_groups(light);
             if (groups.back().boxes == light.boxes)
@@ -362,11 +393,11 @@ class LampChooser {
     HeldOut& held_out_;
     GridFigures grid_;
     double photon_seconds_, open_seconds_ = 1, measure_seconds_ = 0;
-    double traced_photons_ = 0, traced_seconds_ = 0;
+    double traced_photons_ = 0, traced_seconds_ = 0, noted_before_ = 0;
     std::optional<Tracing> tracing_;
     std::optional<TrialFits> fits_;
     std::vector<Light> lights_;
-    int degree_ = 3;
+    int degree_;
     bool met_ = false;  // the target
     TrialFigures figures_;
     std::vector<std::vector<Index3>> tried_;  // boxes of all lamps, in this round

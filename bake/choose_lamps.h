@@ -9,6 +9,8 @@
 
 namespace pim {
 
+constexpr double kMostPhotons = 4e9;  // in all, without a time budget
+
 // Terms of a cubic over one box of the lamp that moves most.
 int terms_of_cubic(const Scene& scene);
 // Of one lamp, after the rounds that are usual.

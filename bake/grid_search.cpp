@@ -140,9 +140,10 @@ GridFigures GridSearch::search(double longest_side, double first_cells, const Co
         scene_.grid.resolution = CellSize{size};
         return fragment_bytes(scene_, make_grid(scene_)) < 0.5 * memory_there();
     };
-    measure(size_at(0));
-    cells_ = std::move(measured_);
     double best = 0;
+    while (!allowed(size_at(best)) && longest_side / size_at(best) > kFewestCells) --best;
+    measure(size_at(best));
+    cells_ = std::move(measured_);
     const auto least = [&] { return cost(known_.at(size_at(best)), 0); };
     const auto hoped_cost = [&](double steps) {
         const GridFigures hoped = hoped_at(size_at(steps));

@@ -131,6 +131,13 @@ double HeldOut::norm(std::size_t view) const {
     return sum;
 }
 
+bool HeldOut::sees_light() const {
+    const int views = reference_.positions() * reference_.cameras();
+    for (int v = 0; v < views; ++v)
+        if (norm(std::size_t(v)) > 0) return true;
+    return false;
+}
+
 std::vector<Rgb> HeldOut::seen(std::size_t view, const Values& values) const {
     std::vector<Rgb> colours;
     for (const Pixel& pixel : views_[view].pixels) {

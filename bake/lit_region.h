@@ -9,7 +9,7 @@
 namespace pim {
 
 // Bounds that hold all surface with at least kDimmest of the irradiance that a landed photon meets on
-// average, and what the cameras see; local, m. None where leaving out the rest would save little.
+// average; local, m. None where leaving out the rest would save little.
 inline constexpr double kDimmest = 0.01;
 std::optional<Box3> lit_region(const Scene& scene, const RayCaster& caster, const PositionFilter& allowed);
 

@@ -93,7 +93,8 @@ CLI::App* add_command(CLI::App& app, Arguments& a, Command& chosen, const char* 
 }
 
 void add_settings(CLI::App* sub, Arguments& a) {
-    sub->add_option("--set", a.settings, "KEY=VALUE: a setting of [bake], [grid] or of every [[light]]")
+    sub->add_option("--set", a.settings,
+                    "KEY=VALUE: a setting of [bake] or [grid], or samples or boxes of every lamp")
         ->allow_extra_args(false);
 }
 

@@ -14,7 +14,6 @@
 #include "common/core/stopwatch.h"
 
 namespace pim {
-namespace {
 
 void check_receivers(const Scene& scene) {
     if (std::ranges::none_of(scene.geometry.triangles,
@@ -24,8 +23,6 @@ void check_receivers(const Scene& scene) {
                         "of them a diffuse reflectance in [[material]]",
                         scene.description_file.string()));
 }
-
-}  // namespace
 
 Tracing::Tracing(Scene scene)
     : scene_(std::move(scene)), caster_(scene_.geometry, InstructionSet::pinned), solids_(solids_of(scene_)) {

@@ -37,6 +37,7 @@ class Tracing {
 };
 
 Solids solids_of(const Scene& scene);
+void check_receivers(const Scene& scene);  // throws Error: no surface that could hold irradiance
 
 // What a photon costs on this machine, from some thousand of all lamps.
 struct PhotonTrial {

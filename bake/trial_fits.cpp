@@ -96,7 +96,8 @@ bool TrialFits::enough(std::size_t light, const Light& as, int degree) const {
     return std::ranges::all_of(split_domain(as.domain, as.boxes), [&](const MapBox& box) {
         const auto inside = std::ranges::count_if(
             lamps_[light].samples, [&](const LightSample& s) { return box.contains(Vec3d(s.position)); });
-        return double(inside) >= kPositionsPerTerm * double(terms_of(degree, box.moves()).size());
+        const auto terms = double(terms_of(degree, box.moves()).size());
+        return double(inside) >= (terms > 1 ? kPositionsPerTerm * terms : 1);
     });
 }
 
@@ -177,24 +178,25 @@ TrialFigures TrialFits::measure(const std::vector<Light>& lights, int degree) {
     return figures;
 }
 
-std::optional<TrialFigures> TrialFits::with_boxes(std::size_t light, const Index3& boxes) const {
+std::optional<TrialFits::BoxTrial> TrialFits::with_boxes(std::size_t light, const Index3& boxes) const {
     Light as = lights_[light];
     as.boxes = boxes;
     if (!enough(light, as, degree_)) return std::nullopt;
-    TrialFigures figures = measured_;
-    add_figures(total(light, fitted(light, as, degree_, lamps_[light].samples)), figures);
+    BoxTrial trial{light, boxes, measured_, fitted(light, as, degree_, lamps_[light].samples)};
+    TrialFigures& figures = trial.figures;
+    add_figures(total(light, trial.whole), figures);
     const double others = measured_.noise_sum() - measured_.noise[light];
     const double growth = mean(leverage(light, as, degree_)) / mean(lamps_[light].leverage);
     figures.noise[light] = std::clamp(figures.square - others, 0.0, growth * measured_.noise[light]);
-    return figures;
+    return trial;
 }
 
-TrialFigures TrialFits::change_boxes(std::size_t light, const Index3& boxes) {
-    measured_ = with_boxes(light, boxes).value();
-    lights_[light].boxes = boxes;
-    lamps_[light].whole = fitted(light, lights_[light], degree_, lamps_[light].samples);
-    lamps_[light].leverage = leverage(light, lights_[light], degree_);
-    return measured_;
+void TrialFits::change_boxes(BoxTrial trial) {
+    measured_ = std::move(trial.figures);
+    Lamp& lamp = lamps_[trial.light];
+    lamp.whole = std::move(trial.whole);
+    lights_[trial.light].boxes = trial.boxes;
+    lamp.leverage = leverage(trial.light, lights_[trial.light], degree_);
 }
 
 std::optional<TrialFigures> TrialFits::with_degree(int degree) const {

@@ -24,6 +24,14 @@ struct TrialFigures {
 
 class TrialFits {
   public:
+    using AtPositions = std::vector<HeldOut::Values>;  // [held-out position], not clamped
+    struct BoxTrial {
+        std::size_t light;
+        Index3 boxes;
+        TrialFigures figures;
+        AtPositions whole;  // of the light
+    };
+
     // The arguments must outlive the fits; `held_out` knows the cells.
     TrialFits(const Tracing& tracing, const HeldOut& held_out);
 
@@ -36,13 +44,12 @@ class TrialFits {
     // With one lamp's boxes, or the degree, changed since measure(): the error is measured, its noise follows
     // from the leverage of the changed design, as far as the error leaves room for it: part of what scatters
     // is what the polynomial misses, which boxes mend. None where a box holds too few positions.
-    std::optional<TrialFigures> with_boxes(std::size_t light, const Index3& boxes) const;
+    std::optional<BoxTrial> with_boxes(std::size_t light, const Index3& boxes) const;
     std::optional<TrialFigures> with_degree(int degree) const;
-    // Makes such a change, of one that with_...() gave figures for: what follows is compared with it.
-    TrialFigures change_boxes(std::size_t light, const Index3& boxes);
+    // Makes such a change: what follows is compared with it.
+    void change_boxes(BoxTrial trial);
 
   private:
-    using AtPositions = std::vector<HeldOut::Values>;  // [held-out position], not clamped
     struct Lamp {
         std::vector<LightSample> samples;
         std::vector<DensityVolume> volumes;  // [sample], of held_out.patches()

@@ -200,6 +200,49 @@ TEST(EndToEnd, ABakeThatChoosesForItself) {
     EXPECT_NE(run("bake plan " + scene).text.find("chooses"), std::string::npos);
 }
 
+// Positions that are given stay where they are, however the domain is split afterwards, and the judge fits
+// the degree that is given.
+TEST(EndToEnd, AChoiceKeepsWhatIsGiven) {
+    const std::string scene = bare_description("kept"), map = map_path("kept");
+    const Outcome made = run("bake run " + scene +
+                             " --target-error 0.2 --set cells=10 --set samples=80 --set degree=2 -o " + map);
+    ASSERT_EQ(made.code, 0) << made.text;
+    EXPECT_NE(made.text.find("round 1: 80 positions"), std::string::npos) << made.text;
+    EXPECT_NE(made.text.find("degree 2: error"), std::string::npos) << made.text;
+    EXPECT_NE(made.text.find("0 lamp positions to trace"), std::string::npos) << made.text;
+    EXPECT_EQ(run("bake info " + map + " --description").text.find("degree = 3"), std::string::npos);
+}
+
+// With --photons or --set alone the rest is still chosen; a lamp that stands still gets the photons it needs.
+TEST(EndToEnd, ALampThatStandsStillIsBakedToATarget) {
+    const fs::path scene = test_folder() / "standing.toml";
+    std::ofstream(scene) << "[scene]\ngeometry = \"" << kCornell << "\"\n"
+                         << "[[light]]\nname = \"lamp\"\nposition = [2.7, 4, 2.7]\n"
+                         << "[[camera]]\nname = \"front\"\neye = [2.78, 2.73, -8]\ntarget = [2.78, 2.73, "
+                            "2.8]\nsize = [64, 64]\n";
+    const std::string map = map_path("standing");
+    const Outcome made = run("bake run " + scene.string() + " --set seed=3 -o " + map);
+    ASSERT_EQ(made.code, 0) << made.text;
+    EXPECT_NE(made.text.find("the target of 0.03 is met"), std::string::npos) << made.text;
+    const auto error = json_of("bake evaluate " + map + " --lights 2 --pixels 2000");
+    EXPECT_LT(error["relrmse"].get<double>(), 0.03 * 1.25);
+    EXPECT_EQ(json_of("bake info " + map)["lights"][0]["terms"], 1);
+}
+
+TEST(EndToEnd, AChoiceThatCannotBeMadeSaysWhyAtOnce) {
+    const std::string scene = bare_description("blind"), map = map_path("blind");
+    std::ofstream(scene, std::ios::app) << "[[camera]]\nname = \"up\"\neye = [2.78, 9, -8]\n"
+                                        << "target = [2.78, 99, -9]\nsize = [64, 64]\n";
+    std::string away = read_text(scene);
+    away.replace(away.find("target = [2.78, 2.73, 2.8]"), 26, "target = [2.78, 9, -20]   ");
+    std::ofstream(scene) << away;
+    expect_failure("bake run " + scene + " -o " + map, 1, {"blind.toml", "no camera sees any light"});
+    const std::string by_hand = description("byhand");
+    ASSERT_EQ(run("bake run " + by_hand + " -o " + map).code, 0);
+    expect_failure("bake run " + by_hand + " --target-error 0.1 -o " + map, 1,
+                   {"other settings", "--overwrite"});
+}
+
 TEST(EndToEnd, AnInterruptedChoiceIsMadeAgain) {
     const std::string scene = bare_description("stopped"), map = map_path("stopped");
     const pid_t child = fork();

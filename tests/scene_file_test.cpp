@@ -164,6 +164,18 @@ TEST_F(SceneFile, WithoutGridAndBakeAllIsLeftToTheBake) {
         EXPECT_FALSE(is_automatic(read(kScene + kLight + roams + table)));
 }
 
+TEST_F(SceneFile, OneSettingOfACommandDoesNotSettleTheOthers) {
+    const std::string text = kScene + kLight + "domain = { min = [0,0,0], max = [1,1,1] }\n";
+    const Scene scene = read(text, {.settings = {{"seed", "2"}, {"photons", "90"}}, .geometry = {}});
+    EXPECT_EQ(scene.bake.seed, 2u);
+    EXPECT_EQ(scene.bake.photons, 90u);
+    EXPECT_FALSE(scene.choices.photons);
+    EXPECT_TRUE(scene.choices.cells && scene.choices.degree && scene.lights[0].choose_samples);
+    EXPECT_EQ(scene.choices.target_error, kDefaultTargetError);
+    EXPECT_TRUE(is_automatic(read(scene.description)));
+    EXPECT_FALSE(is_automatic(read(text + "[bake]\n", {.settings = {{"seed", "2"}}, .geometry = {}})));
+}
+
 TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
     const std::string roams = "domain = { min = [0,0,0], max = [1,1,1] }\n";
     const Scene aimed =
@@ -188,6 +200,17 @@ TEST_F(SceneFile, WhatIsWrittenStaysAndAutoIsChosen) {
     ASSERT_EQ(list.size(), 2u);
     EXPECT_EQ(list[1].boxes, Index3(2, 1, 1));
     EXPECT_EQ(list[1].count, 5);
+}
+
+// One place needs photons, not positions: but a bake that chooses adds photons as positions.
+TEST_F(SceneFile, ALampThatStandsStillHasOnePositionUnlessAListSaysMore) {
+    const std::string lamp = kScene + "[[light]]\nname = \"still\"\nposition = [0.5, 0.5, 0.5]\n";
+    EXPECT_EQ(std::get<int>(read(lamp + "samples = 9\n[bake]\n").lights[0].samples), 1);
+    const Scene listed = read(lamp + "samples = [{ boxes = [1,1,1], count = 9 }]\n[bake]\n");
+    EXPECT_EQ(std::get<std::vector<SampleGroup>>(listed.lights[0].samples)[0].count, 9);
+    const Scene open = read(lamp);
+    EXPECT_TRUE(open.lights[0].choose_samples);
+    EXPECT_FALSE(open.lights[0].choose_boxes);
 }
 
 // A target on the command line is for whom does not want to think of settings: those of the description go.
@@ -221,7 +244,7 @@ TEST_F(SceneFile, DurationsHaveUnits) {
     EXPECT_EQ(parse_duration("90s"), 90.0);
     EXPECT_EQ(parse_duration("1.5m"), 90.0);
     EXPECT_EQ(parse_duration("8h"), 28800.0);
-    for (const char* wrong : {"", "m", "10 parsecs", "-", "1e999s"})
+    for (const char* wrong : {"", "m", "10 parsecs", "-", "1e999s", "1e308h"})
         EXPECT_FALSE(parse_duration(wrong)) << wrong;
     expect_error(kScene + kLight + "[bake]\ntime_budget = \"soon\"\n", 7, "bake.time_budget");
     expect_error(kScene + kLight + "[bake]\ntarget_error = 0\n", 7, "bake.target_error");

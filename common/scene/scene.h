@@ -54,6 +54,9 @@ struct BakeSettings {
     uint64_t seed = 1;
 };
 
+// What a bake that chooses for itself aims at where nothing names an error or a time.
+inline constexpr double kDefaultTargetError = 0.03;
+
 // What the bake is to choose by itself, and how far it is to go.
 struct Choices {
     bool cells = false, reach_photons = false, photons = false, degree = false;

@@ -39,6 +39,11 @@ std::string span_of(TomlTable box) {
                        high.z);
 }
 
+// Of grid and bake.
+bool leaves_all_open(const toml::table& root) {
+    return !root.contains("preset") && !root.contains("grid") && !root.contains("bake");
+}
+
 class DescriptionReader {
   public:
     DescriptionReader(const toml::table& root, const std::string& name, const fs::path& folder,
@@ -49,7 +54,7 @@ class DescriptionReader {
         thesis_ = root_.has("preset");
         if (thesis_) root_.choice("preset", {"thesis"});
         read_geometry_file();
-        choose_ = !thesis_ && !root_.has("grid") && !root_.has("bake");
+        choose_ = leaves_all_open(root_.raw());
         read_bake(table_or_empty("bake"));
         read_grid(table_or_empty("grid"));
         each("material", [&](TomlTable& t) { read_material(t); });
@@ -226,7 +231,9 @@ class DescriptionReader {
             light.samples = int(table.integer("samples", 182, 1, 1000000));
         }
         const bool still = light.domain.min == light.domain.max;
-        if (still) light.samples = 1, light.choose_samples = light.choose_boxes = false;
+        if (!still) return;
+        light.choose_boxes = false;
+        if (!std::holds_alternative<std::vector<SampleGroup>>(light.samples)) light.samples = 1;
     }
 
     std::vector<SampleGroup> sample_groups(const toml::array& array) {
@@ -404,10 +411,13 @@ void free_settings(toml::table& root) {
 }
 
 void apply_settings(toml::table& root, const std::vector<Setting>& settings) {
-    if (std::ranges::any_of(settings, [](const Setting& s) {
-            return !s.value.empty() && (s.key == "target_error" || s.key == "time_budget");
-        }))
+    const bool has_goal = std::ranges::any_of(settings, [](const Setting& s) {
+        return !s.value.empty() && (s.key == "target_error" || s.key == "time_budget");
+    });
+    if (has_goal)
         free_settings(root);
+    else if (!settings.empty() && leaves_all_open(root))  // one setting does not settle the others
+        root.insert("bake", toml::table{{"target_error", kDefaultTargetError}});
     for (const Setting& setting : settings) {
         const std::string where = table_of_setting(setting.key);
         if (where == "light") {
@@ -454,7 +464,7 @@ std::optional<double> parse_duration(const std::string& text) {
     }
     const std::string unit = text.substr(used);
     const double seconds = unit.empty() || unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
-    if (!(seconds > 0) || !std::isfinite(value)) return std::nullopt;
+    if (!(seconds > 0) || !std::isfinite(value * seconds)) return std::nullopt;
     return value * seconds;
 }
 
