@@ -17,13 +17,11 @@ fs::path file_in(const fs::path& work_folder) { return work_folder / "choice.jso
 
 std::string open_choices(const Scene& scene) {
     const Choices& c = scene.choices;
-    std::string open = fmt::format("geometry {} cells {} reach {} photons {} degree {}", scene.geometry_hash,
-                                   c.cells, c.reach_photons, c.photons, c.degree);
+    std::string open = fmt::format("geometry {} cells {} reach {} photons {}", scene.geometry_hash, c.cells,
+                                   c.reach_photons, c.photons);
     if (const auto& bounds = scene.grid.bounds)
         open += fmt::format(" bounds {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", bounds->min.x, bounds->min.y,
                             bounds->min.z, bounds->max.x, bounds->max.y, bounds->max.z);
-    for (const Light& light : scene.lights)
-        open += fmt::format(" {} samples {} boxes {}", light.name, light.choose_samples, light.choose_boxes);
     return open;
 }
 

@@ -13,13 +13,13 @@ namespace pim {
 
 struct Choice {
     std::string description;        // that it was made for, goal and all
-    std::string open;               // what there was to choose; what is chosen for other scenes does not fit
+    std::string open;               // of the cells' settings; what is chosen for others does not fit
     std::vector<Setting> settings;  // bounds, cells and photons; once finished, all
     GridFigures grid;
     bool finished = false;
 };
 
-// Geometry, bounds if they are given, and which settings a scene leaves open.
+// Geometry, bounds if they are given, and which settings of cells and photons a scene leaves open.
 std::string open_choices(const Scene& scene);
 
 // None if there is none that can be read.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/bake.h"
 #include "bake/choice.h"
 #include "bake/choose_lamps.h"
 #include "bake/tracing.h"
@@ -90,21 +91,29 @@ struct Start {
     CellChoice cells;
 };
 
+// A dark view would count as one without error.
+void check_cameras(const Scene& scene, const HeldOut& held_out) {
+    for (std::size_t c = 0; c < scene.cameras.size(); ++c)
+        if (!held_out.sees_light(int(c)))
+            throw Error(
+                fmt::format("{}: camera '{}' sees no light, so that no error can be judged there; aim it at "
+                            "lit surface, give "
+                            "the lamps power, or write the settings of [grid], [bake] and the lamps",
+                            scene.description_file.string(), scene.cameras[c].name));
+}
+
 Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>& known) {
     const RayCaster caster(scene.geometry, InstructionSet::pinned);
     const Solids solids = solids_of(scene);
+    std::vector<std::string> said_later;
+    all_light_samples(scene, solids, said_later);  // throws where a lamp is shut in
     const PositionFilter allowed = [&](const Vec3& p) { return solids.containing(p).empty(); };
     const PhotonTrial trial = goal.has_budget() ? time_photons(scene, caster, allowed) : PhotonTrial{};
     const PhotonSeconds seconds{.baked = kPhotonSecondsMore * trial.seconds_per_photon,
                                 .alone = kPhotonSecondsMore * trial.seconds_alone};
     const double reference_photon = goal.has_budget() ? time_reference_photon(scene, caster, solids) : 0;
     HeldOut held_out(scene, caster, solids, held_out_size(scene, goal, reference_photon));
-    if (!held_out.sees_light())
-        throw Error(
-            fmt::format("{}: no camera sees any light, so that no error can be judged; aim one at lit "
-                        "surface, give the lamps "
-                        "power, or write the settings of [grid], [bake] and the lamps",
-                        scene.description_file.string()));
+    check_cameras(scene, held_out);
     CellChoice cells =
         known ? cells_of(*known) : choose_cells(scene, goal, caster, allowed, held_out, seconds);
     return {seconds.baked, std::move(held_out), std::move(cells)};

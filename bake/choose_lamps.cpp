@@ -22,7 +22,7 @@ constexpr double kHalfway = 3;                  // growth in all from which ther
 constexpr double kPositionsPerTerm = 3.2;       // in the first round
 constexpr double kPositionsPerBox = 1.2;        // ... per term and box where more boxes are given
 constexpr int kFewestPositions = 5;             // whose scatter tells noise
-constexpr double kMostPositions = 1e6;          // that a description may ask for, per lamp
+constexpr double kMostPositions = 20000;        // per lamp: more files and fits than their photons are worth
 constexpr int kRounds = 4;               // of doubling, about, that the photons per position are planned for
 constexpr double kFitSeconds = 1.5e-7;   // of the last fit, per lamp position and patch; about
 constexpr double kReadSeconds = 6e-7;    // ... more, where volumes must be read from their files
@@ -61,7 +61,7 @@ double fixed_positions(const Light& light) {
 
 int first_positions(const Light& light) {
     const double per_term = std::max(kPositionsPerTerm, kPositionsPerBox * count_of(light.boxes));
-    return std::max(kFewestPositions, int(per_term * terms_at(light, 3)));
+    return std::clamp(int(per_term * terms_at(light, 3)), kFewestPositions, int(kMostPositions));
 }
 
 class LampChooser {
@@ -115,7 +115,7 @@ class LampChooser {
         const bool boxes_changed = choose_boxes(), degree_changed = choose_degree();
         if (!boxes_changed && !degree_changed) return;
         // The error of other boxes is measured already; their noise matters where more photons follow.
-        if (!degree_changed && goal_.has_budget() && affordable() < 1 + kLeastGrowth) return;
+        if (!degree_changed && goal_.has_budget() && std::max(affordable(), last_growth()) < kSlowest) return;
         measure();
         if (cost(figures_) < kWorthwhile * cost_before) return;
         lights_ = lights, degree_ = degree;  // promised more than it holds
@@ -301,14 +301,13 @@ class LampChooser {
             return false;
         }
         const double factor = goal_.has_budget() ? budget_growth() : target_growth();
-        if (!(factor > 1)) {
-            if (goal_.has_budget() && !met_) use_what_is_left();
-            return false;
-        }
         const double before = photons_in_all();
-        share_out(factor);
+        if (factor > 1) share_out(factor);
         if (photons_in_all() > before) return true;
-        warn_of_miss("more photons per lamp position");
+        if (goal_.has_budget() && !met_)
+            use_what_is_left();
+        else if (factor > 1)
+            warn_of_miss("more photons per lamp position");
         return false;
     }
 
@@ -322,9 +321,13 @@ class LampChooser {
             std::sqrt(std::max(0.0, grid_.square)), mend));
     }
 
+    double last_growth() const {
+        return 1 + kLastShare * (goal_.left() - end_seconds()) / seconds_of_as_many();
+    }
+
     // Too little to judge another round: more positions for what was chosen.
     void use_what_is_left() {
-        const double factor = 1 + kLastShare * (goal_.left() - end_seconds()) / seconds_of_as_many();
+        const double factor = last_growth();
         if (factor > 1 + kLeastGrowth) {
             const double before = photons_in_all();
             share_out(factor);

@@ -131,10 +131,9 @@ double HeldOut::norm(std::size_t view) const {
     return sum;
 }
 
-bool HeldOut::sees_light() const {
-    const int views = reference_.positions() * reference_.cameras();
-    for (int v = 0; v < views; ++v)
-        if (norm(std::size_t(v)) > 0) return true;
+bool HeldOut::sees_light(int camera) const {
+    for (int i = 0; i < positions(); ++i)
+        if (norm(std::size_t(i * reference_.cameras() + camera)) > 0) return true;
     return false;
 }
 
@@ -192,6 +191,8 @@ double HeldOut::difference(const std::vector<Values>& a, const std::vector<Value
 
 double HeldOut::usual_difference(const std::vector<Values>& a, const std::vector<Values>& b) const {
     auto all = differences(a, b);
+    std::erase(all, 0.0);  // of dark views
+    if (all.empty()) return 0;
     const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
     std::ranges::nth_element(all, middle);
     return *middle;

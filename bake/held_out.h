@@ -19,7 +19,7 @@ class HeldOut {
     HeldOut(const Scene& scene, const RayCaster& caster, const Solids& solids, const Size& size);
 
     int positions() const { return reference_.positions(); }
-    bool sees_light() const;  // in any view
+    bool sees_light(int camera) const;  // at any position
     const std::vector<LightState>& lamps(int position) const { return reference_.lamps(position); }
 
     // Looks up where the pixels get their light in these cells. Pixels are linear in the patches' values, so

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "bake/statistics.h"
@@ -96,8 +97,9 @@ bool TrialFits::enough(std::size_t light, const Light& as, int degree) const {
     return std::ranges::all_of(split_domain(as.domain, as.boxes), [&](const MapBox& box) {
         const auto inside = std::ranges::count_if(
             lamps_[light].samples, [&](const LightSample& s) { return box.contains(Vec3d(s.position)); });
-        const auto terms = double(terms_of(degree, box.moves()).size());
-        return double(inside) >= (terms > 1 ? kPositionsPerTerm * terms : 1);
+        const auto moves = box.moves();
+        const bool still = std::ranges::none_of(moves, std::identity{});
+        return double(inside) >= (still ? 1 : kPositionsPerTerm * double(terms_of(degree, moves).size()));
     });
 }
 

@@ -171,8 +171,15 @@ TEST_F(SceneFile, OneSettingOfACommandDoesNotSettleTheOthers) {
     EXPECT_EQ(scene.bake.photons, 90u);
     EXPECT_FALSE(scene.choices.photons);
     EXPECT_TRUE(scene.choices.cells && scene.choices.degree && scene.lights[0].choose_samples);
-    EXPECT_EQ(scene.choices.target_error, kDefaultTargetError);
     EXPECT_TRUE(is_automatic(read(scene.description)));
+    const Scene settled = read(text, {.settings = {{"cell_size", "0.1"},
+                                                   {"photons", "90"},
+                                                   {"degree", "2"},
+                                                   {"boxes", "[1, 1, 2]"},
+                                                   {"samples", "70"}},
+                                      .geometry = {}});
+    EXPECT_FALSE(is_automatic(settled));
+    EXPECT_EQ(std::get<CellSize>(settled.grid.resolution).metres, 0.1);
     EXPECT_FALSE(is_automatic(read(text + "[bake]\n", {.settings = {{"seed", "2"}}, .geometry = {}})));
 }
 

@@ -410,14 +410,24 @@ void free_settings(toml::table& root) {
     for_each_light(root, [](toml::table& light) { light.erase("samples"), light.erase("boxes"); });
 }
 
+// What the bake chooses where there is neither grid nor bake, in so many words.
+void write_all_open(toml::table& root) {
+    root.insert("grid", toml::table{{"cells", "auto"}});
+    root.insert("bake", toml::table{{"photons", "auto"}, {"degree", "auto"}});
+    for_each_light(root, [](toml::table& light) {
+        light.insert("samples", "auto");  // unless it is given
+        if (light.contains("domain")) light.insert("boxes", "auto");
+    });
+}
+
 void apply_settings(toml::table& root, const std::vector<Setting>& settings) {
     const bool has_goal = std::ranges::any_of(settings, [](const Setting& s) {
         return !s.value.empty() && (s.key == "target_error" || s.key == "time_budget");
     });
     if (has_goal)
         free_settings(root);
-    else if (!settings.empty() && leaves_all_open(root))  // one setting does not settle the others
-        root.insert("bake", toml::table{{"target_error", kDefaultTargetError}});
+    else if (!settings.empty() && leaves_all_open(root))
+        write_all_open(root);  // one setting does not settle the others
     for (const Setting& setting : settings) {
         const std::string where = table_of_setting(setting.key);
         if (where == "light") {
