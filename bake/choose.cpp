@@ -91,15 +91,21 @@ struct Start {
     CellChoice cells;
 };
 
-// A dark view would count as one without error.
 void check_cameras(const Scene& scene, const HeldOut& held_out) {
-    for (std::size_t c = 0; c < scene.cameras.size(); ++c)
-        if (!held_out.sees_light(int(c)))
-            throw Error(
-                fmt::format("{}: camera '{}' sees no light, so that no error can be judged there; aim it at "
-                            "lit surface, give "
-                            "the lamps power, or write the settings of [grid], [bake] and the lamps",
-                            scene.description_file.string(), scene.cameras[c].name));
+    bool lit = false;
+    for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+        if (held_out.sees_light(int(c)))
+            lit = true;
+        else
+            log_warning(
+                fmt::format("camera '{}' sees no light: it counts as without error, as in `bake evaluate`",
+                            scene.cameras[c].name));
+    }
+    if (!lit)
+        throw Error(fmt::format(
+            "{}: no camera sees any light, so that no error can be judged; aim one at lit surface, give the "
+            "lamps power, or write the settings of [grid], [bake] and the lamps",
+            scene.description_file.string()));
 }
 
 Start prepare(const Scene& scene, const Goal& goal, const std::optional<Choice>& known) {
