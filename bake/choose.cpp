@@ -78,10 +78,7 @@ void refuse_other_cells(const Scene& scene, const Workplace& place) {
     const Choices& c = scene.choices;
     if ((c.cells || c.photons || (c.reach_photons && c.time_budget)) &&
         fs::exists(place.folder / "cells.vdb"))
-        throw Error(fmt::format(
-            "{}: was made with other settings or another scene; bake with --overwrite, or to another "
-            "file with -o",
-            place.folder.string()));
+        throw other_settings(place.folder);
 }
 
 // All that is known before anything is traced for the map.

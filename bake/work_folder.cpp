@@ -86,11 +86,7 @@ std::optional<LookUpMeans> unpack_means(const std::string& bytes, std::size_t pa
 }
 
 void check_settings(const VdbReader& file, const std::string& settings, const fs::path& path) {
-    if (file.text("settings") != settings)
-        throw Error(
-            fmt::format("{}: was made with other settings or another scene; bake with --overwrite, or to "
-                        "another file with -o",
-                        path.string()));
+    if (file.text("settings") != settings) throw other_settings(path);
 }
 
 int used_slots(const std::vector<Patch>& patches) {
@@ -113,6 +109,13 @@ std::string stem_of(Component component, const CellGrid& grid, int facing) {
 }
 
 }  // namespace
+
+Error other_settings(const fs::path& path) {
+    return Error(
+        fmt::format("{}: was made with other settings or another scene; bake with --overwrite, or to another "
+                    "file with -o",
+                    path.string()));
+}
 
 std::string trace_settings(const Scene& s, const RayCaster& caster, const Solids& solids) {
     const auto* count = std::get_if<CellCount>(&s.grid.resolution);

@@ -10,6 +10,7 @@
 
 #include "bake/density.h"
 #include "bake/volume_cache.h"
+#include "common/core/error.h"
 #include "common/map/vdb_file.h"
 #include "common/scene/geometry_check.h"
 
@@ -17,6 +18,9 @@ namespace pim {
 
 // All settings that decide what a density volume holds, in words; volumes of another one are not mixed.
 std::string trace_settings(const Scene& scene, const RayCaster& caster, const Solids& solids);
+
+// What a folder or file of another bake is refused with.
+Error other_settings(const std::filesystem::path& path);
 
 // Where a work folder is, and what of it is in memory: for all who open it in turn.
 struct Workplace {
