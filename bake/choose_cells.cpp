@@ -159,7 +159,7 @@ class CellChooser {
         // The polynomial may make as much of the error as the grid.
         const double room = std::max(goal_.square() - 2 * grid.square, 0.2 * goal_.square());
         const double wanted =
-            goal_.has_budget() ? photons_left(0) : std::min(map_noise(grid) / room, kMostPhotons);
+            goal_.has_budget() ? photons_left(0) : std::min(map_noise(grid) / room, kMostPhotonsInAll);
         double positions = 0;
         for (const Light& light : scene_.lights) positions += planned_positions(light);
         const double fewest = std::max(2000.0, 0.2 * double(grid.patches));

@@ -48,15 +48,15 @@ int terms_at(const Light& light, int degree) {
 }
 
 double fixed_positions(const Light& light) {
-    double count = 1;
     if (const auto* grid = std::get_if<Index3>(&light.samples)) {
+        double count = 1;
         for (int axis = 0; axis < 3; ++axis)
             if (light.domain.max[axis] > light.domain.min[axis]) count *= (*grid)[axis];
         return count;
     }
-    count = 0;
-    for (const SampleGroup& group : sample_groups(light)) count += group.count;
-    return count;
+    double sum = 0;
+    for (const SampleGroup& group : sample_groups(light)) sum += group.count;
+    return sum;
 }
 
 int first_positions(const Light& light) {
@@ -350,7 +350,7 @@ class LampChooser {
         if (is_met()) return 0;
         const double noise = figures_.noise_sum(), room = goal_.square() - figures_.floor();
         const bool futile = room < 0 && noise < 0.1 * figures_.square;
-        if (futile || photons_in_all() * kSlowest > kMostPhotons) {
+        if (futile || photons_in_all() * kSlowest > kMostPhotonsInAll) {
             warn_of_miss(futile ? "finer cells or more boxes" : "a time budget, which allows more photons,");
             return 0;
         }

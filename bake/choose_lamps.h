@@ -9,7 +9,7 @@
 
 namespace pim {
 
-constexpr double kMostPhotons = 4e9;  // in all, without a time budget
+constexpr double kMostPhotonsInAll = 4e9;  // without a time budget
 
 // Terms of a cubic over one box of the lamp that moves most.
 int terms_of_cubic(const Scene& scene);
